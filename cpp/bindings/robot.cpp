@@ -1,7 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+
 #include "convert.hpp"
+#include "fastcal/math/parallel.hpp"
 #include "fastcal/robot/arm_bending.hpp"
+#include "fastcal/robot/assembly.hpp"
 #include "fastcal/robot/kinematics.hpp"
 #include "fastcal/robot/robot_model.hpp"
 #include "fastcal/robot/tables_with_flange.hpp"
@@ -21,8 +25,9 @@ RobotDescription describe(const std::vector<std::string>& joint_types, const Eig
                           const Eigen::Matrix4d& T_flange_tool, const Eigen::Vector3d& p_flange_payload,
                           const Eigen::Vector3d& gravity, bool gravity_in_world, const Eigen::MatrixXd& coupling,
                           const std::string& wrench_frame, const std::optional<Compensator>& compensator,
-                          const Eigen::VectorXd& motor_ratio,
-                          const std::optional<std::shared_ptr<ArmBending>>& bending) {
+                          const Eigen::VectorXd& motor_ratio, const std::optional<std::shared_ptr<ArmBending>>& bending,
+                          const std::vector<int>& parents, const std::vector<int>& passive,
+                          const std::vector<Loop>& loops, const Eigen::VectorXd& home) {
   RobotDescription out;
   const auto n = static_cast<Eigen::Index>(joint_types.size());
   FASTCAL_CHECK(mass.size() == n && com.rows() == n && com.cols() == 3 && inertia.rows() == n && inertia.cols() == 6)
@@ -52,6 +57,23 @@ RobotDescription describe(const std::vector<std::string>& joint_types, const Eig
       << "motor_ratio must have shape (" << n << ",), got (" << motor_ratio.size() << ",)";
   out.motor_ratio = motor_ratio;
   out.bending = bending.value_or(nullptr);
+  out.parents = parents;
+  const auto is_joint = [n](int joint) { return joint >= 0 && joint < n; };
+  FASTCAL_CHECK(std::is_sorted(passive.begin(), passive.end()) && std::all_of(passive.begin(), passive.end(), is_joint))
+      << "passive joints must be 0 to " << n - 1 << " in ascending order";
+  out.passive = passive;
+  FASTCAL_CHECK(home.size() == 0 || home.size() == n)
+      << "home must have shape (" << n << ",), got (" << home.size() << ",)";
+  out.home = home;
+  for (const Loop& loop : loops) {
+    const auto is_frame = [n](int frame) { return frame >= 0 && frame <= 2 * n + 1; };
+    FASTCAL_CHECK(loop.kind == Loop::Kind::kGear ? is_joint(loop.driven)
+                                                 : is_frame(loop.frames.target) && is_frame(loop.frames.sensor))
+        << "loop '" << loop.name << "' must join frames 0 to " << 2 * n + 1 << " or joints 0 to " << n - 1;
+    for (const auto& joint : loop.joints)
+      FASTCAL_CHECK(is_joint(joint.first)) << "loop '" << loop.name << "' names joints of the arm, 0 to " << n - 1;
+    out.loops.push_back(loop);
+  }
   return out;
 }
 
@@ -82,6 +104,87 @@ py::list branch_list(const std::string& xml, const std::string& base_link, const
   return out;
 }
 
+void bind_loops(py::module_& m) {
+  py::class_<Loop>(m, "Loop", "What closes a loop of an arm: equations between two frames or between joints; SI.")
+      .def_static(
+          "pose",
+          [](const std::string& name, int from, int to, const Eigen::Matrix4d& T_from_pin,
+             const Eigen::Matrix4d& T_to_pin, const std::vector<int>& fixed, bool knows_from, bool knows_to) {
+            FASTCAL_CHECK(!fixed.empty() && std::is_sorted(fixed.begin(), fixed.end()) && fixed.front() >= 0 &&
+                          fixed.back() < 6)
+                << "loop '" << name << "' fixes components 0 to 5 in ascending order";
+            Loop out;
+            out.name = name;
+            out.frames = {to, from};
+            out.from = to_pose(T_from_pin);
+            out.to = to_pose(T_to_pin);
+            out.fixed = fixed;
+            out.knows_from = knows_from;
+            out.knows_to = knows_to;
+            return out;
+          },
+          py::kw_only(), py::arg("name"), py::arg("from_frame"), py::arg("to_frame"), py::arg("T_from_pin"),
+          py::arg("T_to_pin"), py::arg("fixed"), py::arg("knows_from"), py::arg("knows_to"),
+          "Components (0 to 5: x y z rx ry rz) of the pose of one pin seen from another are 0; knows_from, knows_to: "
+          "the "
+          "pin's place is a parameter.")
+      .def_static(
+          "rod",
+          [](const std::string& name, int from, int to, const Eigen::Vector3d& p_from, const Eigen::Vector3d& p_to,
+             double length, const std::vector<std::pair<int, double>>& joints) {
+            Loop out;
+            out.name = name;
+            out.kind = Loop::Kind::kRod;
+            out.frames = {to, from};
+            out.from.p = p_from;
+            out.to.p = p_to;
+            out.length = length;
+            out.joints = joints;
+            return out;
+          },
+          py::kw_only(), py::arg("name"), py::arg("from_frame"), py::arg("to_frame"), py::arg("p_from"),
+          py::arg("p_to"), py::arg("length"), py::arg("joints") = std::vector<std::pair<int, double>>(),
+          "The distance [m] of two pins; joints (joint, m per m or rad) add to it.")
+      .def_static(
+          "gear",
+          [](const std::string& name, int driven, const std::vector<std::pair<int, double>>& joints, double offset) {
+            Loop out;
+            out.name = name;
+            out.kind = Loop::Kind::kGear;
+            out.driven = driven;
+            out.joints = joints;
+            out.length = offset;
+            return out;
+          },
+          py::kw_only(), py::arg("name"), py::arg("driven"), py::arg("joints"), py::arg("offset"),
+          "A joint turns by the sum of ratios times others' turns, and an offset [rad, m].")
+      .def_readonly("name", &Loop::name);
+}
+
+py::tuple assemble(const RobotModel& self, const RowMatrixXd& q, int threads) {
+  FASTCAL_CHECK(q.cols() == self.joint_count())
+      << "q must have shape (N, " << self.joint_count() << "), got (" << q.rows() << ", " << q.cols() << ")";
+  RowMatrixXd out = q;
+  Eigen::VectorXi status = Eigen::VectorXi::Zero(q.rows());
+  Eigen::VectorXd gap = Eigen::VectorXd::Zero(q.rows());
+  std::vector<std::string> widest(static_cast<std::size_t>(q.rows()));
+  const Chain chain = self.chain();
+  if (chain.has_loops()) {
+    const py::gil_scoped_release release;
+    parallel_chunks(q.rows(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
+      Assembler assembler(chain);
+      for (Eigen::Index i = begin; i < end; ++i) {
+        for (const int joint : chain.passive) out(i, joint) = chain.home[joint];
+        status[i] = static_cast<int>(assembler.assemble(out.row(i).data()));
+        gap[i] = assembler.gap();
+        const int loop = chain.loop_rows[static_cast<std::size_t>(assembler.widest())].first;
+        widest[static_cast<std::size_t>(i)] = chain.loops[static_cast<std::size_t>(loop)].name;
+      }
+    });
+  }
+  return py::make_tuple(out, status, gap, widest);
+}
+
 }  // namespace
 
 void bind_robot(py::module_& m) {
@@ -109,12 +212,18 @@ void bind_robot(py::module_& m) {
       .def_property_readonly("groups", &ArmBending::groups, "Names of the groups of elements.")
       .def_property_readonly("frames", &ArmBending::frames, "Frames of the chain that the beams move.");
 
+  bind_loops(m);
+
   py::class_<RobotDescription>(m, "RobotDescription", "What every kind of robot file has beside its geometry; SI.")
       .def(py::init(&describe), py::kw_only(), py::arg("joint_types"), py::arg("mass"), py::arg("com"),
            py::arg("inertia"), py::arg("T_world_base"), py::arg("T_flange_tool"), py::arg("p_flange_payload"),
            py::arg("gravity"), py::arg("gravity_in_world"), py::arg("coupling"), py::arg("wrench_frame"),
            py::arg("compensator") = py::none(), py::arg("motor_ratio") = Eigen::VectorXd(),
-           py::arg("bending") = py::none(),
+           py::arg("bending") = py::none(), py::arg("parents") = std::vector<int>(),
+           py::arg("passive") = std::vector<int>(), py::arg("loops") = std::vector<Loop>(),
+           py::arg("home") = Eigen::VectorXd(),
+           "parents: of each joint the one on whose link it stands (-1: the base), empty: the one before; home (n,): "
+           "where the loops nearly close. "
            "joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; "
            "poses (4, 4); coupling (n, n).");
 
@@ -177,6 +286,13 @@ void bind_robot(py::module_& m) {
           },
           py::arg("q"),
           "Origins (N, frames, 3) of the chain's frames in the measuring frame, at joint positions (N, n).")
+      .def_property_readonly(
+          "home", [](const RobotModel& self) { return self.description().home; },
+          "A posture (n,) in which the loops close; empty without loops.")
+      .def("assemble", &assemble, py::arg("q"), py::arg("threads") = 1,
+           "Joint positions (N, n) with the passive joints where the loops close; statuses (N,): 0 closed, 1 singular, "
+           "2 "
+           "another way of assembly, 3 open; the widest gap (N,) [m, rad] and (N,) the loop that has it.")
       .def(
           "with_base_and_tool",
           [](const RobotModel& self, const Eigen::Matrix4d& base, const Eigen::Matrix4d& tool) {

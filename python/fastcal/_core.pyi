@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Branch', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Measurements', 'Member', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'join', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'read_urdf_tree', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Branch', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Loop', 'Measurements', 'Member', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'join', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'read_urdf_tree', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -65,13 +65,35 @@ class ArmBending:
         """
         Names of the groups of elements.
         """
+class Loop:
+    """
+    What closes a loop of an arm: equations between two frames or between joints; SI.
+    """
+    @staticmethod
+    def gear(*, name: str, driven: typing.SupportsInt | typing.SupportsIndex, joints: collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]], offset: typing.SupportsFloat | typing.SupportsIndex) -> Loop:
+        """
+        A joint turns by the sum of ratios times others' turns, and an offset [rad, m].
+        """
+    @staticmethod
+    def pose(*, name: str, from_frame: typing.SupportsInt | typing.SupportsIndex, to_frame: typing.SupportsInt | typing.SupportsIndex, T_from_pin: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_to_pin: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], fixed: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], knows_from: bool, knows_to: bool) -> Loop:
+        """
+        Components (0 to 5: x y z rx ry rz) of the pose of one pin seen from another are 0; knows_from, knows_to: the pin's place is a parameter.
+        """
+    @staticmethod
+    def rod(*, name: str, from_frame: typing.SupportsInt | typing.SupportsIndex, to_frame: typing.SupportsInt | typing.SupportsIndex, p_from: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], p_to: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], length: typing.SupportsFloat | typing.SupportsIndex, joints: collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]] = []) -> Loop:
+        """
+        The distance [m] of two pins; joints (joint, m per m or rad) add to it.
+        """
+    @property
+    def name(self) -> str:
+        ...
 class RobotDescription:
     """
     What every kind of robot file has beside its geometry; SI.
     """
-    def __init__(self, *, joint_types: collections.abc.Sequence[str], mass: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], com: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], p_flange_payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity_in_world: bool, coupling: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wrench_frame: str, compensator: Compensator | None = None, motor_ratio: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., bending: ArmBending | None = None) -> None:
+    def __init__(self, *, joint_types: collections.abc.Sequence[str], mass: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], com: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], inertia: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], T_world_base: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], T_flange_tool: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], p_flange_payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], gravity_in_world: bool, coupling: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wrench_frame: str, compensator: Compensator | None = None, motor_ratio: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ..., bending: ArmBending | None = None, parents: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] = [], passive: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] = [], loops: collections.abc.Sequence[Loop] = [], home: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...) -> None:
         """
-        joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).
+        parents: of each joint the one on whose link it stands (-1: the base), empty: the one before; home (n,): where the loops nearly close. joint_types (n) 'revolute' or 'prismatic'; mass (n,), com (n, 3), inertia (n, 6) as xx yy zz xy xz yz; poses (4, 4); coupling (n, n).
         """
 class Branch:
     """
@@ -111,6 +133,10 @@ class RobotModel:
     """
     A robot as a chain of elementary motions, or a tree; const.
     """
+    def assemble(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], threads: typing.SupportsInt | typing.SupportsIndex = 1) -> tuple:
+        """
+        Joint positions (N, n) with the passive joints where the loops close; statuses (N,): 0 closed, 1 singular, 2 another way of assembly, 3 open; the widest gap (N,) [m, rad] and (N,) the loop that has it.
+        """
     def base_and_tool(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
         """
         T_world_base and T_flange_tool (4, 4) at parameter values (P,).
@@ -139,6 +165,11 @@ class RobotModel:
     @property
     def frame_count(self) -> int:
         ...
+    @property
+    def home(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        A posture (n,) in which the loops close; empty without loops.
+        """
     @property
     def joint_count(self) -> int:
         ...

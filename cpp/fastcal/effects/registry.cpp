@@ -41,8 +41,12 @@ const EffectEntry& effect_entry(const std::string& name) {
 
 std::shared_ptr<const Effect> make_effect(const std::string& name, const RobotModel& robot, const std::string& owner,
                                           const Options& options) {
-  FASTCAL_CHECK(robot.tree().is_serial()) << "effect " << name << " acts on one arm, got a tree of frames";
-  return effect_entry(name).make(robot, owner, options);
+  FASTCAL_CHECK(robot.tree().is_arm()) << "effect " << name << " acts on one arm, got a tree of frames";
+  std::shared_ptr<const Effect> effect = effect_entry(name).make(robot, owner, options);
+  const bool is_plain = robot.tree().is_serial() && robot.description().passive.empty();
+  FASTCAL_CHECK(is_plain || !(effect->is_weight() || name == "gravity_sag"))
+      << "effect " << name << " is of an arm without branches and closed loops";
+  return effect;
 }
 
 }  // namespace fastcal

@@ -214,7 +214,7 @@ double median_length(const Measurements& measured, const RowMatrixXd& r) {
 
 std::vector<Row> rows_of(const Problem& problem) {
   const RobotModel& robot = problem.model.robot();
-  FASTCAL_CHECK(robot.tree().is_serial()) << "base and tool are of one arm, got a tree of frames";
+  FASTCAL_CHECK(robot.tree().is_arm()) << "base and tool are of one arm, got a tree of frames";
   const Pose base_back = robot.description().T_world_base.inverse();
   const Pose tool_back = robot.description().T_flange_tool.inverse();
   std::vector<Row> rows(static_cast<std::size_t>(problem.row_count()));

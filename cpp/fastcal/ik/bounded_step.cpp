@@ -2,26 +2,57 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/ik/bounded_step.hpp"
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "fastcal/math/se3.hpp"
+#include "fastcal/robot/assembly.hpp"
 
 namespace fastcal {
+
+namespace {
+
+/// The columns of passive joints go into those of the joints that move them.
+void follow_loops(const Chain& chain, std::span<const Pose> T_world_frame, ToolJacobian& J) {
+  const std::vector<LoopRow> rows = loop_rows(chain, T_world_frame, nullptr, nullptr);
+  const auto m = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd by(m, chain.joint_count()), passive(m, m);
+  for (Eigen::Index r = 0; r < m; ++r) {
+    for (int j = 0; j < chain.joint_count(); ++j)
+      by(r, j) = by_joint(chain, rows[static_cast<std::size_t>(r)], T_world_frame, j, nullptr);
+  }
+  Eigen::MatrixXd of_passive(6, m);
+  for (Eigen::Index p = 0; p < m; ++p) {
+    const int joint = chain.passive[static_cast<std::size_t>(p)];
+    passive.col(p) = by.col(joint);
+    of_passive.col(p) = J.col(joint);
+  }
+  J -= of_passive * passive.fullPivLu().solve(by);
+  for (const int joint : chain.passive) J.col(joint).setZero();
+}
+
+}  // namespace
 
 ToolJacobian joint_jacobian(const Chain& chain, std::span<const Pose> T_world_frame) {
   ToolJacobian J(6, chain.joint_count());
   const Eigen::Vector3d& tool = T_world_frame.back().p;
   for (int i = 0; i < chain.joint_count(); ++i) {
-    const Pose& T = T_world_frame[static_cast<std::size_t>(joint_frame(i))];
+    const int frame = chain.tree->frame_of_joint(i);
+    if (!chain.is_serial() && !chain.tree->carries(frame, chain.frame_count() - 1)) {
+      J.col(i).setZero();
+      continue;
+    }
+    const Pose& T = T_world_frame[static_cast<std::size_t>(frame)];
     const Eigen::Vector3d axis = T.R.col(2);
     if (chain.joint_types[static_cast<std::size_t>(i)] == JointType::kRevolute)
       J.col(i) << axis.cross(tool - T.p), axis;
     else
       J.col(i) << axis, Eigen::Vector3d::Zero();
   }
+  if (chain.has_loops()) follow_loops(chain, T_world_frame, J);
   return J;
 }
 
@@ -71,7 +102,8 @@ JointVector bounded_step(const ToolJacobian& J, const Vector6d& e, double dampin
   std::array<bool, kMaxIkJoints> held{};
   for (Eigen::Index i = 0; i < n; ++i) {
     const double pull = J.col(i).dot(e);
-    held[static_cast<std::size_t>(i)] = (q[i] <= limits(i, 0) && pull < 0) || (q[i] >= limits(i, 1) && pull > 0);
+    held[static_cast<std::size_t>(i)] =
+        J.col(i).isZero(0) || (q[i] <= limits(i, 0) && pull < 0) || (q[i] >= limits(i, 1) && pull > 0);
     if (held[static_cast<std::size_t>(i)]) free.col(i).setZero();
   }
   for (Eigen::Index round = 0; round <= n; ++round) {

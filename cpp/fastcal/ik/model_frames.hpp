@@ -32,6 +32,14 @@ class ModelFrames {
     return evaluator_.frames(sample_.row(0));
   }
 
+  /// Joint positions of the last posture, passive ones where the loops closed.
+  JointVector closed(const JointVector& q) const {
+    JointVector out = q;
+    for (const int joint : model_.robot().description().passive)
+      out[joint] = evaluator_.joints()[static_cast<std::size_t>(joint)];
+    return out;
+  }
+
  private:
   const ErrorModel& model_;
   const Eigen::VectorXd& theta_;

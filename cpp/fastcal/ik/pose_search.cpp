@@ -16,7 +16,7 @@ constexpr double kMostDamping = 1e12;
 
 Vector6d scale_of(const Goal& goal) {
   Vector6d scale;
-  scale << Eigen::Vector3d::Constant(1 / goal.reach), Eigen::Vector3d::Ones();
+  scale << Eigen::Vector3d::Constant(1 / goal.reach), Eigen::Vector3d::Constant(goal.rotation_weight);
   return scale;
 }
 

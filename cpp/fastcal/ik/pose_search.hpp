@@ -20,6 +20,7 @@ struct Goal {
   double reach = 1;               ///< [m]
   double tolerance_position = 0;  ///< [m]
   double tolerance_rotation = 0;  ///< [rad]
+  double rotation_weight = 1;     ///< what a turn counts beside a shift over the reach
 };
 
 /// The state of a search.

@@ -65,6 +65,7 @@ RowSolver::RowSolver(const ErrorModel& model, const Eigen::VectorXd& theta, cons
       limits_(options.limits),
       unlimited_(JointLimits::Constant(options.limits.rows(), 2, std::numeric_limits<double>::infinity())),
       bare_(model.effects().empty()),
+      is_tree_(!chain_.is_serial() || chain_.has_loops()),
       moves_ends_(moves_ends(model, theta)),
       settings_(settings_of(options, bare_)),
       within_(chain_, limits_, settings_) {
@@ -80,6 +81,10 @@ Pose RowSolver::seen_by_chain(const IkRow& row, ModelFrames& frames) const {
 }
 
 void RowSolver::solve_chain(std::vector<IkRow>& rows, ModelFrames& frames, int restarts) const {
+  if (is_tree_) {
+    for (IkRow& row : rows) row.chain.q = row.seed;
+    return;
+  }
   std::vector<Eigen::Index> indices;
   std::vector<Pose> targets;
   std::vector<JointVector> seeds;
@@ -140,6 +145,7 @@ void RowSolver::approach(std::vector<IkRow>& rows, const Samples& samples) const
 }
 
 IkStatus RowSolver::finish(const IkRow& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const {
+  if (is_tree_) return finish_tree(row, frames, may_jump, best);
   if (bare_ && row.chain.reached &&
       row.chain.least_singular_value > near_singular(row.chain.position_error, row.chain.rotation_error)) {
     best.q = row.chain.q;

@@ -45,6 +45,8 @@ class RowSolver {
 
  private:
   Goal goal_of(const IkRow& row) const;
+  /// finish() of an arm that branches or has loops: no chain goes ahead, other postures are tried by luck.
+  IkStatus finish_tree(const IkRow& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const;
   /// The row's target less what its effects make of base and tool at the seed, such as another station or mount.
   Pose seen_by_chain(const IkRow& row, ModelFrames& frames) const;
   bool is_held(Eigen::Index joint) const;
@@ -72,6 +74,7 @@ class RowSolver {
   Chain chain_;
   JointLimits limits_, unlimited_;
   bool bare_;
+  bool is_tree_;     // or has loops
   bool moves_ends_;  // have effects moved base or tool?
   ChainSettings settings_;
   ChainSolver within_;  // within the limits

@@ -210,6 +210,11 @@ FASTCAL_INLINE void columns_lanes(const double* poses, int frame_count, int stri
   const int count = static_cast<int>(numbers.tool) + numbers.others;
   bool inside = false;  // does a number look at another frame than the tool?
   for (int s = 0; s < numbers.sight_count; ++s) inside |= numbers.sights[s].frame != frame_count - 1;
+  // In a tree some twists do not move the tool either.
+  for (const FrameTwists* of = twists; of < twists + twist_count; ++of) {
+    for (const FrameTwists::Unit& unit : of->units) inside |= unit.column >= 0 && unit.end_moved < frame_count;
+    for (int t = 0; t < of->other_count; ++t) inside |= of->others[t]->end_moved < frame_count;
+  }
   for (int row = 0; row < stride; row += W) {
     const double* from = poses + row / kGroup * frame_count * kPoseNumbers * kGroup + row % kGroup;
     const auto column = [columns, ld, row](int k) { return columns + static_cast<long>(k) * ld + row; };

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/model/error_model.hpp"
 
+#include <Eigen/LU>
 #include <utility>
 
 #include "fastcal/math/check.hpp"
@@ -38,7 +39,8 @@ ErrorModel ErrorModel::with_equilibrium(bool at_equilibrium) const {
 
 std::optional<JointSprings> ErrorModel::springs(const Eigen::Ref<const Eigen::VectorXd>& theta) const {
   const int n = robot_.joint_count();
-  if ((needs_ & kLoads) == 0 || !at_equilibrium_ || robot_.description().compensator || !robot_.tree().is_serial())
+  if ((needs_ & kLoads) == 0 || !at_equilibrium_ || robot_.description().compensator || !robot_.tree().is_serial() ||
+      !robot_.description().passive.empty())
     return {};
   JointSprings out{Eigen::VectorXd::Zero(n), Weights(n)};
   Eigen::Index first = robot_.nominal().size();
@@ -71,7 +73,16 @@ RowEvaluator::RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen
       theta_(checked(model, theta)),
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
       xi_(Twists::Zero(6, chain_.frame_count())),
-      steady_(xi_) {}
+      steady_(xi_) {
+  if (chain_.has_loops()) assembler_.emplace(chain_);
+}
+
+void RowEvaluator::find_frames(const State& state, const Twists* xi) {
+  if (!assembler_) return forward(chain_, state.q, xi, frames_);
+  q_.assign(state.q, state.q + chain_.joint_count());
+  assembler_->close(q_.data(), xi);
+  frames_ = assembler_->frames();
+}
 
 void RowEvaluator::deflect(const State& state, bool with_needs, Twists& xi) const {
   Eigen::Index first = model_.robot().nominal().size();
@@ -82,21 +93,21 @@ void RowEvaluator::deflect(const State& state, bool with_needs, Twists& xi) cons
 }
 
 void RowEvaluator::evaluate(const State& state, bool again) {
-  if (model_.effects().empty()) return forward(chain_, state.q, nullptr, frames_);
+  if (model_.effects().empty()) return find_frames(state, nullptr);
   if (!again) {
     steady_.setZero();
     deflect(state, false, steady_);
   }
   xi_ = steady_;
   deflect(state, true, xi_);
-  forward(chain_, state.q, &xi_, frames_);
+  find_frames(state, &xi_);
 }
 
 const std::vector<Pose>& RowEvaluator::frames(const State& state, bool deflected, bool again) {
   if (deflected)
     evaluate(state, again);
   else
-    forward(chain_, state.q, nullptr, frames_);
+    find_frames(state, nullptr);
   return frames_;
 }
 
@@ -110,7 +121,8 @@ const std::vector<Pose>& RowEvaluator::columns(const State& state) {
     for (std::size_t i = before; i < columns_.size(); ++i) columns_[i].parameter += first;
     first += static_cast<int>(effect->parameters().size());
   }
-  forward(chain_, state.q, model_.effects().empty() ? nullptr : &xi_, frames_);
+  find_frames(state, model_.effects().empty() ? nullptr : &xi_);
+  if (assembler_) follow_loops();
   return frames_;
 }
 
@@ -140,7 +152,44 @@ Pose RowEvaluator::jacobian(const State& state, const View& view,
   return out;
 }
 
+void RowEvaluator::follow_loops() {
+  const std::vector<LoopRow>& rows = assembler_->rows();
+  const auto m = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd by_parameter = Eigen::MatrixXd::Zero(m, model_.parameter_count());
+  Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, model_.parameter_count());
+  for (Eigen::Index r = 0; r < m; ++r) {
+    const LoopRow& row = rows[static_cast<std::size_t>(r)];
+    const auto add = [&](int frame, const Vector6d& slope) {
+      if (frame == kWorldFrame || slope.isZero(0)) return;
+      open_motion(frame, J);
+      by_parameter.row(r) += slope.transpose() * J;
+    };
+    add(row.frames.target, row.by_target);
+    add(row.frames.sensor, row.by_sensor);
+    for (const auto& [parameter, by] : row.by_parameter) by_parameter(r, parameter) += by;
+    for (const auto& [joint, share] : row.by_turn) {
+      const int part = chain_.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute ? 5 : 2;
+      for (const auto& column : columns_) {
+        if (column.frame == chain_.tree->frame_of_joint(joint))
+          by_parameter(r, column.parameter) += share * column.xi[part];
+      }
+    }
+  }
+  passive_ = -assembler_->by_passive().fullPivLu().solve(by_parameter);
+}
+
 void RowEvaluator::motion(int of, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) const {
+  open_motion(of, J);
+  for (std::size_t p = 0; p < chain_.passive.size(); ++p) {
+    const int frame = chain_.tree->frame_of_joint(chain_.passive[p]);
+    if (!chain_.tree->carries(frame, of)) continue;
+    const Vector6d along = joint_axis(chain_, chain_.passive[p], model_.effects().empty() ? nullptr : &xi_);
+    J += tool_motion(frames_[static_cast<std::size_t>(frame)], frames_[static_cast<std::size_t>(of)].p, along) *
+         passive_.row(static_cast<Eigen::Index>(p));
+  }
+}
+
+void RowEvaluator::open_motion(int of, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) const {
   const Eigen::Vector3d& p = frames_[of].p;
   J.setZero();
   const Pose world;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fastcal/effects/effect.hpp"
+#include "fastcal/robot/assembly.hpp"
 
 namespace fastcal {
 
@@ -58,6 +59,8 @@ class ErrorModel {
 class RowEvaluator {
  public:
   RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta);
+  RowEvaluator(const RowEvaluator&) = delete;
+  RowEvaluator& operator=(const RowEvaluator&) = delete;
 
   /// Pose of the tool in the measuring frame.
   const Pose& pose(const State& state) { return frames(state)[static_cast<std::size_t>(model_.robot().view().target)]; }
@@ -78,10 +81,21 @@ class RowEvaluator {
   /// row has changed since its last evaluation, so that effects without needs stay as they are.
   const std::vector<Pose>& frames(const State& state, bool deflected = true, bool again = false);
 
+  /// Joint positions (n) of the last row, the passive ones where its loops closed.
+  const std::vector<double>& joints() const { return q_; }
+  /// The equations of its loops, and their derivative by the passive joints.
+  const Assembler& loops() const { return *assembler_; }
+
  private:
   void evaluate(const State& state, bool again);
   /// Adds the twists of the effects that have needs, or of those that have none, to `xi`.
   void deflect(const State& state, bool with_needs, Twists& xi) const;
+  /// Poses of all frames with these twists (or null), loops closed.
+  void find_frames(const State& state, const Twists* xi);
+  /// What every parameter makes the passive joints do (passive, P), after columns().
+  void follow_loops();
+  /// motion() with the passive joints held.
+  void open_motion(int frame, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) const;
 
   const ErrorModel& model_;
   Eigen::VectorXd theta_;
@@ -89,6 +103,9 @@ class RowEvaluator {
   Twists xi_, steady_;    // of all effects, and of those without needs
   TwistColumns columns_;  // of the effects, this row
   std::vector<Pose> frames_;
+  std::vector<double> q_;
+  std::optional<Assembler> assembler_;
+  Eigen::MatrixXd passive_;  // (passive, P)
 };
 
 }  // namespace fastcal

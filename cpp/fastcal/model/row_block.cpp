@@ -64,6 +64,10 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
     frames_[f].constant_turn = turn_of(C.R);
     frames_[f].branches_off = chain_.tree->parent(static_cast<int>(f)) != static_cast<int>(f) - 1;
   }
+  if (chain_.has_loops()) {
+    loops_.emplace(chain_);
+    kept_ = Frames::kAll;
+  }
   if (springs != nullptr) springs_.emplace(model.robot().description(), chain_, *springs, frames_.data());
   set_geometry(kWorldFrame);
 }
@@ -77,6 +81,7 @@ void RowBlock::forward(const Samples& samples, Eigen::Index begin, Eigen::Index 
   if (!linear_.empty()) evaluate_linear_effects(samples, begin, memory, sums);
   if (!others_.empty() || sums) ask_others(samples, begin, sums);
   read_joints(samples, begin);
+  if (loops_) close_loops();
   for (int f = 0; f < frame_count(); ++f) {
     const auto k = static_cast<std::size_t>(f);
     kernels::FrameRows& frame = frames_[k];
@@ -321,7 +326,7 @@ void RowBlock::set_geometry(int of) {
     }
   }
   if (of != kWorldFrame) keep_twists_of(of, geometry_);
-  unmoved_.assign(free_count_, true);
+  unmoved_.assign(static_cast<std::size_t>(column_count()), true);
   put_in_order(geometry_, unmoved_);
 }
 
@@ -350,22 +355,23 @@ void RowBlock::find_twists(int of) {
     tilt(f);
     rotate_twists(f, here);
   }
+  if (loops_) loops_->add_twists(static_cast<int>(free_count_), moving_);
   if (of != kWorldFrame) keep_twists_of(of, moving_);
   unmoved_here_ = unmoved_;
   put_in_order(moving_, unmoved_here_);
   const bool alike = moving_.empty() && std::none_of(frames_.begin(), frames_.end(),
                                                      [](const auto& frame) { return frame.motion != nullptr; });
-  if (!alike || !gathered_alike_) gathered_.gather(geometry_, moving_, frames_, free_count_);
+  if (!alike || !gathered_alike_) gathered_.gather(geometry_, moving_, frames_, unmoved_.size());
   gathered_alike_ = alike;
 }
 
 void RowBlock::clear_unmoved(double* block, Eigen::Index ld) const {
-  for (std::size_t k = 0; k < free_count_; ++k) {
+  for (std::size_t k = 0; k < unmoved_here_.size(); ++k) {
     if (unmoved_here_[k]) std::fill_n(block + static_cast<Eigen::Index>(k) * ld, ld, 0.0);
   }
 }
 
-void RowBlock::jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
+void RowBlock::open_jacobian(const kernels::NumberRows& numbers, double* block, int ld) {
   if (geometry_of_ != kWorldFrame) set_geometry(kWorldFrame);
   find_twists(kWorldFrame);
   clear_unmoved(block, ld);
@@ -399,6 +405,7 @@ void RowBlock::keep_twists_of(int frame, std::vector<kernels::TwistRows>& twists
 }
 
 void RowBlock::write_jacobian(int of, kernels::ToolNumbers numbers, bool past_caches, double* out) {
+  if (loops_) return write_closed_jacobian(of, static_cast<int>(numbers), out);
   constexpr int kGroup = kernels::kGroup;
   const int columns = static_cast<int>(free_count_);
   const bool is_end = chain_.is_serial() && of == frame_count() - 1;  // which every twist moves

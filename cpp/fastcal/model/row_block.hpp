@@ -12,6 +12,7 @@
 #include "fastcal/math/aligned_numbers.hpp"
 #include "fastcal/model/error_model.hpp"
 #include "fastcal/model/gathered_twists.hpp"
+#include "fastcal/model/loop_block.hpp"
 #include "fastcal/model/spring_block.hpp"
 #include "fastcal/model/twist_memory.hpp"
 
@@ -99,6 +100,15 @@ class RowBlock {
   /// The twists of which the columns of `free` are sums in these rows; of effects only those that move frame `of`, or
   /// all.
   void find_twists(int of);
+  /// Passive joints where the loops close.
+  void close_loops();
+  /// jacobian() with the columns of the passive joints behind the others, these held.
+  void open_jacobian(const kernels::NumberRows& numbers, double* block, int ld);
+  /// write_jacobian() of a robot with loops.
+  void write_closed_jacobian(int of, int numbers, double* out);
+  /// Columns of the loops' equations by the twists of effects about joints that the equations name.
+  void add_turns(double* equations, int ld) const;
+  int column_count() const { return static_cast<int>(free_count_) + (loops_ ? loops_->passive_count() : 0); }
   /// Zeros for the columns that no twist is part of.
   void clear_unmoved(double* block, Eigen::Index ld) const;
 
@@ -127,6 +137,8 @@ class RowBlock {
   int step_count_ = 0;
   std::vector<kernels::StepRun> runs_;  // of a tree
   std::optional<SpringBlock> springs_;
+  std::optional<LoopBlock> loops_;
+  AlignedNumbers open_, equations_;  // columns with those of passive joints; of the loops' equations
   bool settled_ = true;
   std::vector<AlignedNumbers> turned_;                 // twists behind their right Jacobians, (6, stride)
   std::vector<kernels::TwistRows> geometry_, moving_;  // the same in all rows; of effects in these

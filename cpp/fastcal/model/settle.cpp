@@ -98,7 +98,7 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   const RobotDescription& robot = model.robot().description();
   samples.chain = std::make_shared<const Chain>(model.robot().chain(theta.head(model.robot().nominal().size())));
   const Chain& chain = *samples.chain;
-  FASTCAL_CHECK(chain.is_serial() ||
+  FASTCAL_CHECK(chain.tree->is_arm() ||
                 (samples.wrench.size() == 0 && (samples.payload.size() == 0 || (samples.payload.array() == 0).all())))
       << "payloads and wrenches are of one arm that stands alone, got a tree of frames";
   const Eigen::Index rows = samples.count();
@@ -118,6 +118,7 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   const int spring_joint = robot.compensator ? robot.compensator->joint : 0;
   const int spring_axis = robot.joint_types[static_cast<std::size_t>(spring_joint)] == JointType::kRevolute ? 5 : 2;
 
+  if (chain.has_loops()) samples.q.own();
   double length = 0;
   for (const Pose& T : chain.constants) length += T.p.norm();
 
@@ -139,6 +140,8 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
         before = samples.load.row(i);
         frame_loads(robot, chain, T, state, samples.gravity, samples.load.row(i).data(),
                     samples.payload_load.row(i).data());
+        if (chain.has_loops())
+          add_loop_loads(chain, evaluator.loops(), samples.load.row(i).data(), samples.payload_load.row(i).data());
         if (robot.compensator) samples.spring[i] = spring_load(robot, chain, T)[spring_axis];
         if (needs & kCompliance) fill_compliance(model, theta, i, samples);
         double moved = 0;
@@ -154,6 +157,8 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
         const bool still = (model.needs() & kFrames) == 0 || (round > 0 && moved <= options.tolerance * length);
         if (!model.at_equilibrium() || (change <= options.tolerance && still)) break;
       }
+      for (const int joint : chain.passive)
+        samples.q.own()(i, joint) = evaluator.joints()[static_cast<std::size_t>(joint)];
       changes[static_cast<std::size_t>(chunk)] = std::max(changes[static_cast<std::size_t>(chunk)], change);
     }
   });

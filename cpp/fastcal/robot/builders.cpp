@@ -65,6 +65,7 @@ RobotModel build_dh(RobotDescription description, const RowMatrixXd& rows, const
   check_rows(description, rows.rows(), rows.cols(), 5);
   RobotModel model(std::move(description));
   for (int i = 0; i < model.joint_count(); ++i) {
+    model.open_branch(i, false);
     add_theta(model, i, rows(i, 0));
     model.add_joint();
     add_d(model, i, rows(i, 1));
@@ -88,15 +89,16 @@ RobotModel build_mdh(RobotDescription description, const RowMatrixXd& rows, cons
   check_rows(description, rows.rows(), rows.cols(), 5);
   RobotModel model(std::move(description));
   for (int i = 0; i < model.joint_count(); ++i) {
+    model.open_branch(i, true);
     add_alpha(model, i, rows(i, 3));
     add_a(model, i, rows(i, 2));
-    if (i > 0) model.add_link_end();
+    if (model.follows(i)) model.add_link_end();
     add_theta(model, i, rows(i, 0));
     model.add_joint();
     add_d(model, i, rows(i, 1));
     add_beta(model, i, rows(i, 4));
     model.add_body_frame();
-    const double a = i + 1 < model.joint_count() ? rows(i + 1, 2) : 0;
+    const double a = i + 1 < model.joint_count() && model.follows(i + 1) ? rows(i + 1, 2) : 0;
     const Eigen::Vector3d x = Eigen::AngleAxisd(rows(i, 4), Eigen::Vector3d::UnitY()) * Eigen::Vector3d::UnitX();
     model.set_link_axis(i, beam_axis(a * x, rows(i, 1)));
   }
@@ -108,6 +110,7 @@ RobotModel build_mdh(RobotDescription description, const RowMatrixXd& rows, cons
 
 RobotModel build_poe(RobotDescription description, const RowMatrixXd& screws, const Pose& home) {
   check_rows(description, screws.rows(), screws.cols(), 7);
+  FASTCAL_CHECK(description.parents.empty()) << "screws describe an arm without branches";
   RobotModel model(std::move(description));
   for (int i = 0; i < model.joint_count(); ++i) {
     const bool revolute = model.description().joint_types[static_cast<std::size_t>(i)] == JointType::kRevolute;
@@ -160,6 +163,7 @@ RobotModel build_urdf(RobotDescription description, const std::vector<Pose>& ori
     FASTCAL_CHECK(std::abs(axis.norm() - 1) < 1e-6)
         << "joint" << i + 1 << ": the axis must have length 1, got " << axis.norm();
     const Pose align{rotation_to_axis(axis.normalized()), Eigen::Vector3d::Zero()};
+    model.open_branch(i, true);
     model.add_constant(origins[static_cast<std::size_t>(i)]);
     model.add_parameter(Motion::kTx, 0, parameter(i, "x", "m", "shift of the joint's origin along its own x"));
     model.add_parameter(Motion::kTy, 0, parameter(i, "y", "m", "shift of the joint's origin along its own y"));
@@ -168,7 +172,7 @@ RobotModel build_urdf(RobotDescription description, const std::vector<Pose>& ori
     model.add_parameter(Motion::kRy, 0, parameter(i, "ry", "rad", "turn of the joint's origin about its own y"));
     model.add_parameter(Motion::kRz, 0, parameter(i, "rz", "rad", "turn of the joint's origin about its own z"));
     model.add_constant(align);
-    if (i > 0) model.add_link_end();
+    if (model.follows(i)) model.add_link_end();
     model.add_joint();
     model.add_constant(align.inverse());
     model.add_body_frame();

@@ -27,6 +27,43 @@ FrameTree::FrameTree(int joint_count) {
   add({"", kWorldFrame, 0, static_cast<int>(names.size()), 0, joint_count}, names, joints);
 }
 
+FrameTree::FrameTree(const std::vector<int>& parents) : is_arm_(true) {
+  const int n = static_cast<int>(parents.size());
+  std::vector<int> children(parents.size() + 1, 0);
+  for (int j = 0; j < n; ++j) {
+    const int parent = parents[static_cast<std::size_t>(j)];
+    FASTCAL_CHECK(parent >= -1 && parent < j) << "joint" << j + 1 << " must stand on the base or on a joint before it";
+    ++children[static_cast<std::size_t>(parent + 1)];
+  }
+  std::vector<std::string> names{"base"};
+  std::vector<int> joints{-1};
+  Branch branch;
+  for (int j = 0; j < n; ++j) {
+    const int parent = parents[static_cast<std::size_t>(j)];
+    const bool first_on_base = j == 0 && children[0] == 1;
+    if (!first_on_base && (parent != j - 1 || children[static_cast<std::size_t>(j)] != 1)) {
+      branch.joint_count = j - branch.first_joint;
+      add(branch, names, joints);
+      names.clear();
+      joints.clear();
+      branch = {"joint" + std::to_string(j + 1), parent < 0 ? kBaseFrame : link_frame(parent), 0, 0, j, 0};
+    }
+    const std::string number = std::to_string(j + 1);
+    names.insert(names.end(), {"joint" + number, "link" + number});
+    joints.insert(joints.end(), {j, -1});
+  }
+  names.emplace_back("tool");
+  joints.push_back(-1);
+  branch.joint_count = n - branch.first_joint;
+  add(branch, names, joints);
+}
+
+bool FrameTree::follows(int joint) const {
+  const int frame = frame_of_joint(joint);
+  return joint > 0 && std::none_of(branches_.begin(), branches_.end(),
+                                   [frame](const Branch& branch) { return branch.first_frame == frame; });
+}
+
 void FrameTree::add(Branch branch, const std::vector<std::string>& names, const std::vector<int>& joints) {
   branch.first_frame = frame_count();
   branch.frame_count = static_cast<int>(names.size());

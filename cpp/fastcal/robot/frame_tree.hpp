@@ -47,6 +47,9 @@ class FrameTree {
   FrameTree() = default;
   /// The frames of an arm: base, joint1, link1, ... , tool.
   explicit FrameTree(int joint_count);
+  /// The frames of an arm that branches: of each joint the joint on whose link it stands, -1: on the base. In
+  /// depth-first order; the tool is on the last link. Joint i has frame joint_frame(i) here too.
+  explicit FrameTree(const std::vector<int>& parents);
 
   /// Adds a branch behind all others; its parent has to be a frame of the branch before or one that this stands on.
   /// Throws InvalidInput where the order would not be depth-first or a name is taken.
@@ -69,11 +72,16 @@ class FrameTree {
 
   const std::vector<Branch>& branches() const { return branches_; }
   bool is_serial() const { return branches_.size() <= 1; }
+  /// One robot, base first and tool last, whose joints have the frames that joint_frame() says.
+  bool is_arm() const { return is_serial() || is_arm_; }
+  /// Does a joint stand at the end of the link before, on which no other stands?
+  bool follows(int joint) const;
 
  private:
   std::vector<int> parents_, ends_, joints_, frames_of_joints_;
   std::vector<std::string> names_;
   std::vector<Branch> branches_;
+  bool is_arm_ = false;
 };
 
 }  // namespace fastcal

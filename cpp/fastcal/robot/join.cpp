@@ -95,6 +95,8 @@ RobotModel join(const std::vector<Member>& members) {
       const RobotModel& robot = *member.robot;
       const RobotDescription& own = robot.description_;
       FASTCAL_CHECK(robot.tree().is_serial()) << "'" << member.name << "' is a tree itself; expected one arm";
+      FASTCAL_CHECK(own.passive.empty()) << "'" << member.name
+                                         << "' has closed loops, which a robot has that stands alone";
       FASTCAL_CHECK(own.bending == nullptr) << "'" << member.name << "' has beams, which a robot has that stands alone";
       branch.joint_count = robot.joint_count();
       branch.parameter_count = static_cast<int>(robot.parameters_.size());

@@ -9,7 +9,8 @@ namespace fastcal {
 
 void mass_matrices(const RobotModel& robot, const Eigen::Ref<const RowMatrixXd>& q, double* M) {
   const int n = robot.joint_count();
-  FASTCAL_CHECK(robot.tree().is_serial()) << "a mass matrix is of one arm, got a tree of frames";
+  FASTCAL_CHECK(robot.tree().is_serial() && robot.description().passive.empty())
+      << "a mass matrix is of one arm without loops, got a tree of frames";
   FASTCAL_CHECK(q.cols() == n) << "q must have shape (N, " << n << "), got (" << q.rows() << ", " << q.cols() << ")";
   const Chain chain = robot.chain();
   std::vector<Pose> frames;

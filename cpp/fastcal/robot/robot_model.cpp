@@ -73,7 +73,10 @@ RobotModel::RobotModel(RobotDescription description) : description_(std::move(de
       << "base and tool must be finite";
   FASTCAL_CHECK(description_.gravity.allFinite() && description_.p_flange_payload.allFinite())
       << "gravity and the payload's centre must be finite";
-  tree_ = std::make_shared<const FrameTree>(n);
+  FASTCAL_CHECK(description_.parents.empty() || static_cast<int>(description_.parents.size()) == n)
+      << "parents must be one a joint (" << n << "), got " << description_.parents.size();
+  tree_ = description_.parents.empty() ? std::make_shared<const FrameTree>(n)
+                                       : std::make_shared<const FrameTree>(description_.parents);
   tool_ = tool_frame(n);
   add_frame_parameters("base", description_.T_world_base, StepKind::kBaseReference);
   steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}});
@@ -120,6 +123,12 @@ void RobotModel::add_body_frame() { steps_.push_back({StepKind::kBodyFrame, Moti
 
 void RobotModel::add_link_end() { steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}}); }
 
+void RobotModel::open_branch(int joint, bool ends_link) {
+  if (joint == 0 ? tree_->frame_of_joint(0) != tree_->branches().front().end() : follows(joint)) return;
+  if (ends_link && joint > 0) add_link_end();
+  steps_.push_back({StepKind::kBranch, Motion::kTx, tree_->parent(tree_->frame_of_joint(joint)), 1, {}});
+}
+
 void RobotModel::set_link_axis(int joint, const Eigen::Vector3d& axis) {
   link_axes_.resize(static_cast<std::size_t>(joint_count()), Eigen::Vector3d::Zero());
   link_axes_[static_cast<std::size_t>(joint)] = axis;
@@ -134,8 +143,10 @@ Eigen::Vector3d RobotModel::link_axis(int joint) const {
 void RobotModel::finish() {
   FASTCAL_CHECK(joints_added_ == joint_count())
       << "the chain has " << joints_added_ << " joints, its description " << joint_count();
+  add_loop_parameters();
   add_frame_parameters("tool", description_.T_flange_tool, StepKind::kToolReference);
   steps_.push_back({StepKind::kFrame, Motion::kTx, -1, 1, {}});
+  close_loops();
   const Chain whole = chain();
   for (int i = 0; i < joint_count(); ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -153,6 +164,10 @@ Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
   out.columns.reserve(steps_.size());
   out.first_moved.reserve(steps_.size());
   out.tree = tree_;
+  out.passive = description_.passive;
+  out.loop_rows = loop_rows_;
+  out.home = description_.home;
+  for (const Loop& loop : description_.loops) out.loops.push_back(loop_at(loop, values));
   Pose local;               // from the last frame passed to here
   int frame = kWorldFrame;  // the last one passed
   for (const Step& step : steps_) {
@@ -186,7 +201,7 @@ Chain RobotModel::chain(const Eigen::Ref<const Eigen::VectorXd>& values) const {
 }
 
 RobotModel RobotModel::with_base_and_tool(const Pose& T_world_base, const Pose& T_flange_tool) const {
-  FASTCAL_CHECK(tree_->is_serial()) << "expected one arm, got a tree of " << tree_->branches().size() << " branches";
+  FASTCAL_CHECK(tree_->is_arm()) << "expected one arm, got a tree of " << tree_->branches().size() << " branches";
   RobotModel out = *this;
   out.description_.T_world_base = T_world_base;
   out.description_.T_flange_tool = T_flange_tool;

@@ -19,10 +19,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fastcal/math/types.hpp"
 #include "fastcal/robot/frame_tree.hpp"
+#include "fastcal/robot/loop.hpp"
 
 namespace fastcal {
 
@@ -85,6 +87,10 @@ struct RobotDescription {
   std::optional<Compensator> compensator;
   std::shared_ptr<const ArmBending> bending;  ///< the beams of the robot file; null: none
   Eigen::VectorXd motor_ratio;  ///< (n) turns of the motor per turn of the joint, NaN where unknown; or empty
+  std::vector<int> parents;     ///< of an arm that branches: FrameTree; empty: one joint stands on the other
+  std::vector<int> passive;     ///< joints, ascending, that the loops move
+  std::vector<Loop> loops;
+  Eigen::VectorXd home;  ///< (n) a posture in which the loops nearly close; where there are passive joints
 };
 
 /// The chain (or tree) at given parameter values: what a batch loop needs, and nothing else.
@@ -102,10 +108,15 @@ struct Chain {
   std::vector<int> first_moved;  ///< of each column: the frame behind its own that it moves, with all that this carries
   std::vector<Pose> body_frames;  ///< pose of body i's frame in joint_i, n
   std::shared_ptr<const FrameTree> tree;
+  std::vector<int> passive;                    ///< joints that the loops move
+  std::vector<Loop> loops;                     ///< at these values
+  std::vector<std::pair<int, int>> loop_rows;  ///< (loop, component) of the equations, one a passive joint
+  Eigen::VectorXd home;                        ///< (n) where they close
 
   int joint_count() const { return static_cast<int>(joint_types.size()); }
   int frame_count() const { return static_cast<int>(constants.size()); }
   bool is_serial() const { return tree->is_serial(); }
+  bool has_loops() const { return !passive.empty(); }
 };
 
 class RobotModel;
@@ -125,7 +136,8 @@ struct Member {
 RobotModel join(const std::vector<Member>& members);
 constexpr double kShortestLink = 5e-3;  ///< [m] what is shorter is no beam, but what a calibration leaves of 0
 
-/// Const once built. Parameter order: base (x, y, z, rx, ry, rz), the joints' rows, tool (x, y, z, rx, ry, rz).
+/// Const once built. Parameter order: base (x, y, z, rx, ry, rz), the joints' rows, the loops' constants, tool (x, y,
+/// z, rx, ry, rz).
 class RobotModel {
  public:
   explicit RobotModel(RobotDescription description);
@@ -138,8 +150,12 @@ class RobotModel {
   void add_joint();       ///< the next joint's motion along z
   void add_body_frame();  ///< here lies the frame in which the last joint's body is given
   void add_link_end();    ///< the far end of the last joint's link
-  void set_link_axis(int joint, const Eigen::Vector3d& axis);  ///< see link_axis
-  void finish();                                               ///< flange to tool; checks that the chain is complete
+  /// Before the motions of a joint: where it stands on another link than that before, it goes on from there, the last
+  /// joint's link ending here where `ends_link` says so.
+  void open_branch(int joint, bool ends_link);
+  bool follows(int joint) const { return tree_->follows(joint); }  ///< does it stand on the link before, alone?
+  void set_link_axis(int joint, const Eigen::Vector3d& axis);      ///< see link_axis
+  void finish();  ///< flange to tool; checks that the chain is complete
 
   int joint_count() const { return static_cast<int>(description_.joint_types.size()); }
   int frame_count() const { return tree_->frame_count(); }
@@ -177,6 +193,10 @@ class RobotModel {
     Pose constant;
   };
   void add_frame_parameters(const std::string& owner, const Pose& pose, StepKind reference);
+  void add_number(double value, Parameter parameter);  ///< a parameter that moves no frame by itself
+  void add_loop_parameters();
+  void close_loops();
+  Loop loop_at(const Loop& loop, const Eigen::Ref<const Eigen::VectorXd>& values) const;
 
   RobotDescription description_;
   std::vector<Step> steps_;
@@ -186,6 +206,7 @@ class RobotModel {
   int joints_added_ = 0;
   std::shared_ptr<const FrameTree> tree_;
   int tool_ = 0;
+  std::vector<std::pair<int, int>> loop_rows_;  // see Chain
 };
 
 /// Classic DH: T_i = Rz(theta + q) Tz(d) Tx(a) Rx(alpha) Ry(beta); rows (n, 5): theta, d, a, alpha, beta in rad and m.

@@ -84,8 +84,10 @@ Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const st
 void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame,
                  const State& state, const Eigen::Vector3d& gravity, double* load, double* payload_load) {
   const FrameTree& tree = *chain.tree;
-  const Wrench payload = tree.is_serial() ? payload_wrench(robot, T_world_frame, state, gravity) : Wrench();
+  const Wrench payload = tree.is_arm() ? payload_wrench(robot, T_world_frame, state, gravity) : Wrench();
   const bool carries = !payload.force.isZero(0) || !payload.moment.isZero(0);
+  const int tool = tree.frame_count() - 1;
+  if (carries && !tree.is_serial()) std::fill(payload_load, payload_load + 6 * tree.frame_count(), 0.0);
   std::vector<Wrench> on(tree.branches().size() > 1 ? T_world_frame.size() : 0);  // by other branches, by frame
   for (std::size_t b = tree.branches().size(); b-- > 0;) {
     const Branch& branch = tree.branches()[b];
@@ -103,9 +105,9 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
         if (mass != 0 || !moment.isZero(0)) sum.add_weight(mass, moment, T * chain.body_frames[i], gravity);
       }
       sum.write(T, load + 6 * frame);
-      if (carries && frame < branch.end() - 1) payload.write(T, payload_load + 6 * frame);
+      if (carries && frame != tool && tree.carries(frame, tool)) payload.write(T, payload_load + 6 * frame);
       // The payload hangs behind the flange.
-      if (frame == branch.end() - 1) sum.add(payload);
+      if (frame == tool) sum.add(payload);
     }
     if (branch.parent != kWorldFrame) on[static_cast<std::size_t>(branch.parent)].add(sum);
   }

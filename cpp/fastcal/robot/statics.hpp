@@ -9,6 +9,7 @@
 
 #include <vector>
 
+#include "fastcal/robot/assembly.hpp"
 #include "fastcal/robot/kinematics.hpp"
 #include "fastcal/robot/state.hpp"
 
@@ -27,5 +28,9 @@ Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const st
 /// payload and wrench alone. Both have 6 * frame_count numbers.
 void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame,
                  const State& state, const Eigen::Vector3d& gravity, double* load, double* payload_load);
+
+/// Adds what closed loops put on the frames: forces of their equations that hold the passive joints, which bear no load
+/// of their own. `loops` as it closed them at these frames.
+void add_loop_loads(const Chain& chain, const Assembler& loops, double* load, double* payload_load);
 
 }  // namespace fastcal

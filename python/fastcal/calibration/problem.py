@@ -27,6 +27,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.measurements.observations import core_tables
 from fastcal.robot.core_model import pose
+from fastcal.robot.loops import hidden_parameters
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.rig import known_within
 from fastcal.robot.robot import Robot
@@ -227,6 +228,7 @@ def asked_parameters(
     """Base and tool always (as far as the kind of measurement can show them), geometry where asked, every effect."""
     out = []
     own = len(model.robot.nominal)
+    hidden = hidden_parameters(model.robot)
     for i, parameter in enumerate(model.parameters[:own]):
         owner = parameter.owner
         if owner == "base":
@@ -235,6 +237,6 @@ def asked_parameters(
         elif owner == "tool":
             if tool and (turned or not parameter.name.startswith("r")):
                 out.append(i)
-        elif geometry:
+        elif geometry and i not in hidden:
             out.append(i)
     return [*out, *range(own, len(model.start))]

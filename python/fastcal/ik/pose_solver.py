@@ -52,7 +52,8 @@ class PoseSolver:
         asked = {"limits": box, "tolerance_m": tolerance_m, "tolerance_rad": tolerance_rad, "restarts": restarts}
         self._asked: dict[str, Any] = {**asked, "hold": hold, "random_seed": random_seed, **conditions}
         self._conditions = conditions
-        rows = model.conditions(np.zeros(model.joint_count), **conditions)
+        home = np.asarray(model.core.home)
+        rows = model.conditions(home if len(home) else np.zeros(model.joint_count), **conditions)
         follows = model.correction is not None or any(find(e["effect"]) for e in model.entries)
         follows = follows or bool(model.mimics)
         self._core = None if follows else _core.PoseSolver(model.error_model, rows, reach=model.reach, **options)

@@ -55,7 +55,7 @@ def _columns(robot: Robot) -> dict[str, str]:
     shown = {entry.joint for entry in robot.description.pendant}
     letter = "q" if robot.pendant.is_chain else "j"
     for number, (joint, (low, high)) in enumerate(zip(robot.joints, robot.limits.tolist(), strict=True), start=1):
-        if joint.mimic is not None:
+        if joint.mimic is not None or joint.passive:
             continue
         unit = joint.unit
         reach = f"{from_si(low, unit):.6g} to {from_si(high, unit):.6g} {unit}"

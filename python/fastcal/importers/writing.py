@@ -30,11 +30,15 @@ class _AnyRobot:
     joint_types: list[str]
     reach: float = float("inf")
     mimics: tuple[tuple[int, int, float, float], ...] = ()
+    passive: tuple[int, ...] = ()
 
     @property
     def pendant(self) -> Pendant:
         n = len(self.joint_types)
         return Pendant(np.eye(n), np.zeros(n), tuple(range(n)))
+
+    def follow(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        return q
 
     @property
     def limits(self) -> NDArray[np.float64]:

@@ -186,7 +186,7 @@ class Columns:
 
         They come as q1 ..., or as the controller shows them: j1 ...
         """
-        driven = {mimic[0] for mimic in robot.mimics}
+        driven = {mimic[0] for mimic in robot.mimics} | set(robot.passive)
         own = any(re.fullmatch(r"q\d+", name) for name in self.known)
         letter = "q" if own or not any(re.fullmatch(r"j\d+", name) for name in self.known) else "j"
         for joint, joint_type in enumerate(robot.joint_types, start=1):
@@ -201,7 +201,7 @@ class Columns:
             self._check_shown(q, robot)
         for joint, driver, multiplier, offset in robot.mimics:
             q[:, joint] = multiplier * q[:, driver] + offset
-        return q
+        return robot.follow(q)
 
     def joints_read(self, robot: RobotFacts) -> FloatArray | None:
         """The joint positions (N, n) that were read back, NaN where they were not; None where none was."""

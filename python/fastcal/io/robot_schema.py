@@ -14,6 +14,7 @@ from typing import Any
 from fastcal.correction import Correction
 from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.known_distances import check_known_distance
+from fastcal.io.loop_schema import check_branch, check_loops, check_order
 from fastcal.io.pendant_schema import check_pendant
 from fastcal.io.rig_schema import check_cell_names, check_rig
 from fastcal.io.structure_schema import check_structure
@@ -48,6 +49,9 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     joints = _list(top, "joints", 1, MAX_JOINTS)
     spec["joints"] = [_joint(fields, kind, len(joints)) for fields in joints]
     _check_mimics(spec["joints"], joints)
+    check_order(spec["joints"], joints, kind)
+    if loops := check_loops(_list(top, "loops", 0, 1000), spec["joints"]):
+        spec["loops"] = loops
     spec |= _end_of_chain(top, kind)
     if kind == "urdf":
         _check_joint_names(spec["joints"], joints)
@@ -174,6 +178,7 @@ def _joint(fields: Fields, kind: str, joint_count: int) -> Spec:
     if not joint[f"min_{unit}"] < joint[f"max_{unit}"]:
         got = f"{joint[f'min_{unit}']!r} and {joint[f'max_{unit}']!r}"
         fields.refuse("", f"min_{unit} must be below max_{unit}, got {got}")
+    joint |= check_branch(fields, unit)
     if (ratio := fields.optional("motor_ratio")) is not None:
         joint["motor_ratio"] = fields.checked_number("motor_ratio", ratio)
         if ratio == 0:

@@ -62,6 +62,13 @@ class RobotFacts(Protocol):
     def mimics(self) -> Sequence[tuple[int, int, float, float]]:
         """Joints that others drive: joint and driver from 0, multiplier, offset [rad or m]."""
 
+    @property
+    def passive(self) -> Sequence[int]:
+        """Joints, from 0, that closed loops move."""
+
+    def follow(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Joint positions (N, n) with mimic and passive joints where others put them."""
+
 
 class BadRow(InvalidInput):
     """An invalid value, with its place, so that a reader of files can name line and column.

@@ -31,7 +31,7 @@ def unwrapped(q: FloatArray, robot: RobotFacts) -> tuple[FloatArray, list[str]]:
     out, notes = q.copy(), []
     changed: dict[str, list[int]] = {}
     doubtful = []
-    driven = {mimic[0] for mimic in robot.mimics}
+    driven = {mimic[0] for mimic in robot.mimics} | set(robot.passive)
     for joint, (kind, (low, high)) in enumerate(zip(robot.joint_types, np.asarray(robot.limits), strict=True)):
         if kind != "revolute" or joint in driven or not np.isfinite((low, high)).all():
             continue

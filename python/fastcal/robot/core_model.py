@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.robot.loops import loop_arguments
 from fastcal.robot.robot_spec import Compensator, Frame, Joint, Link, RobotSpec, Spec, structured
 from fastcal.robot.structure import build_structure, frame_names
 from fastcal.units import to_si
@@ -52,6 +53,7 @@ def build_core(spec: RobotSpec) -> _core.RobotModel:
         motor_ratio=np.array([np.nan if j.motor_ratio is None else j.motor_ratio for j in joints], dtype=float),
         compensator=None if spec.compensator is None else _compensator(spec.compensator),
         bending=build_structure(spec.structure, frame_names(n)) if spec.structure else None,
+        **loop_arguments(spec),
     )
     if spec.kinematics in ("dh", "mdh"):
         rows = np.array([[to_si(getattr(j, key) or 0.0, unit) for key, unit in ROW_UNITS.items()] for j in joints])

@@ -15,6 +15,7 @@ from fastcal.effects.entries import traits_of
 from fastcal.effects.values import written_parameters
 from fastcal.place import joint_name
 from fastcal.robot.core_model import ROW_KEYS, ROW_UNITS, pose, screw
+from fastcal.robot.loops import write_loops
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.robot_spec import Joint, structured
@@ -78,6 +79,7 @@ def identified_spec(start: Robot, model: _core.ErrorModel, found: Solution) -> S
         values.setdefault(parameter.owner, {})[parameter.name] = value
     for i, joint in enumerate(spec["joints"]):
         _set_joint(joint, spec["kinematics"], values.get(joint_name(i), {}))
+    write_loops(spec, values)
     if not start.effects:
         return spec
     covariance = np.full((len(theta), len(theta)), np.nan)

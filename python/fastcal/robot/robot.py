@@ -30,6 +30,7 @@ from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.core_model import build_core, pose
+from fastcal.robot.loops import Assembly, assemble, passive_joints
 from fastcal.robot.pendant import Pendant, pendant_of
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot_spec import Entry, Joint, RobotSpec, Spec, content, structured
@@ -269,14 +270,33 @@ class Robot(Shown):
                 found.append(Mimic(i, driven.joint - 1, float(driven.multiplier), offset))
         return found
 
+    @cached_property
+    def passive(self) -> list[int]:
+        """Joints, from 0, that closed loops move."""
+        return passive_joints(self.description)
+
     def follow(self, q: FloatArray) -> FloatArray:
-        """Joint positions (N, n) in which mimic joints are where their drivers put them, whatever q says of them."""
-        if not self.mimics:
-            return q
-        q = q.copy()
-        for joint, driver, multiplier, offset in self.mimics:
-            q[:, joint] = multiplier * q[:, driver] + offset
+        """Joint positions (N, n) with mimic and passive joints where others put them, whatever q says of them.
+
+        Raises:
+            InvalidInput: The loops of a row do not close, not even nearly.
+        """
+        if self.mimics:
+            q = q.copy()
+            for joint, driver, multiplier, offset in self.mimics:
+                q[:, joint] = multiplier * q[:, driver] + offset
+        if self.passive:
+            assembly = assemble(self.core, q)
+            assembly.check(near=True)
+            q = assembly.q
         return q
+
+    def assemble(self, q: ArrayLike, *, threads: int = 1) -> Assembly:
+        """Closes the loops of postures q (N, n) or (n,) [rad or m]; what q says of passive joints is not looked at."""
+        joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
+        if joints.ndim != 2 or joints.shape[1] != self.joint_count:
+            raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
+        return assemble(self.core, joints, threads)
 
     def conditions(self, q: ArrayLike, **columns: Any) -> _core.Samples:
         """Checked conditions of N postures q (N, n) or (n,), SI; see `forward`. Mimic joints follow their drivers."""
@@ -297,7 +317,12 @@ class Robot(Shown):
             **conditions: payload [kg], wrench (N, 6), temperature [K], time [s], station and mount (labels), approach
                 (N, n), move (N, n) last moves of the joints [rad or m], current (N, n) [A], extra (name to (N,)); one
                 number or label stands for all rows.
+
+        Raises:
+            InvalidInput: The closed loops of a row do not close; `assemble` says why, row by row.
         """
+        if self.passive:
+            self.assemble(q).check()
         samples = self.conditions(q, **conditions)
         T = np.asarray(self.error_model.predict(samples, self.error_model.start, threads, out))
         return self._with_correction(T, q, conditions.get("payload"))

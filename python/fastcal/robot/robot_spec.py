@@ -68,7 +68,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: its type, what its kind of kinematics gives of it, its limits, its gear, what drives it, its link."""
+    """A joint: type, what its kind of kinematics gives of it, limits, gear, driver, where it stands, its link."""
 
     type: Literal["revolute", "prismatic"]
     name: str | None = None
@@ -89,6 +89,10 @@ class Joint:
     max_mm: float | None = None
     motor_ratio: float | None = None
     mimic: Mimic | None = None
+    on: str | None = None
+    passive: bool | None = None
+    start_deg: float | None = None
+    start_mm: float | None = None
     link: Link | None = None
 
     @property
@@ -105,6 +109,11 @@ class Joint:
     def limits(self) -> tuple[float | None, float | None]:
         """Its least and greatest position, in its unit; None where the file has none."""
         return (self.min_deg, self.max_deg) if self.turns else (self.min_mm, self.max_mm)
+
+    @property
+    def start(self) -> float:
+        """Where it is when the loops are first closed, in its unit."""
+        return self.start_deg or self.start_mm or 0.0
 
     @property
     def mass_kg(self) -> float:
@@ -175,6 +184,7 @@ class RobotSpec:
     wrench_frame: Literal["base", "flange", "tool"] = "base"
     compensator: Compensator | None = None
     equilibrium: bool = True
+    loops: list[Spec] = field(default_factory=list)
     effects: list[Entry] = field(default_factory=list)
     structure: Spec = field(default_factory=dict)
     known_distances: list[Spec] = field(default_factory=list)

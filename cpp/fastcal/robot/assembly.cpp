@@ -1,0 +1,205 @@
+// SPDX-FileCopyrightText: 2026 The fastcal authors
+// SPDX-License-Identifier: MIT
+#include "fastcal/robot/assembly.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "fastcal/math/check.hpp"
+
+namespace fastcal {
+namespace {
+
+constexpr double kGap = 1e-12;          // [m], [rad]: closed
+constexpr double kStillClosed = 1e-10;  // the same where rounding leaves more
+constexpr int kSteps = 60;
+constexpr int kHalvings = 12;
+constexpr double kLongest = 0.4;  // [rad], [m]: of a step of Newton's
+constexpr double kJump = 0.5;     // [rad], [m]: further in one part of the way is another way of assembly
+constexpr double kShortestPart = 1.0 / 1024;
+constexpr double kSingular = 1e-7;   // of the largest singular value
+constexpr double kDependent = 1e-9;  // equations of which others are the sum, of the largest pivot
+constexpr double kFarOpen = 0.05;    // [m], [rad]: more than redundant equations of machined parts may leave
+constexpr const char* kHint = " (m or rad); give start_deg or start_mm of the joints so that it nearly does";
+constexpr double kDamping = 1e-8;  // where no equation says where a joint goes
+
+Eigen::VectorXd newton_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e) {
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(J);
+  if (lu.isInvertible()) return -lu.solve(e);
+  const Eigen::MatrixXd A = J.transpose() * J;
+  return -(A + kDamping * (1 + A.trace()) * Eigen::MatrixXd::Identity(A.rows(), A.cols()))
+              .ldlt()
+              .solve(J.transpose() * e);
+}
+
+}  // namespace
+
+Assembler::Assembler(const Chain& chain) : chain_(chain) {}
+
+void Assembler::look(const double* q, const Twists* xi) {
+  forward(chain_, q, xi, frames_);
+  rows_ = loop_rows(chain_, frames_, q, xi);
+  const auto m = static_cast<Eigen::Index>(rows_.size());
+  e_.resize(m);
+  for (Eigen::Index r = 0; r < m; ++r) e_[r] = rows_[static_cast<std::size_t>(r)].value;
+  by_passive_.resize(m, static_cast<Eigen::Index>(chain_.passive.size()));
+  for (Eigen::Index r = 0; r < m; ++r) {
+    for (std::size_t p = 0; p < chain_.passive.size(); ++p)
+      by_passive_(r, static_cast<Eigen::Index>(p)) =
+          by_joint(chain_, rows_[static_cast<std::size_t>(r)], frames_, chain_.passive[p], xi);
+  }
+}
+
+bool Assembler::close(double* q, const Twists* xi) {
+  look(q, xi);
+  std::vector<double> to(q, q + chain_.joint_count());
+  for (int step = 0; step < kSteps; ++step) {
+    const double before = e_.norm();
+    if (gap() <= kGap) return true;
+    Eigen::VectorXd dq = newton_step(by_passive_, e_);
+    if (!dq.allFinite()) break;
+    const double longest = dq.cwiseAbs().maxCoeff();
+    double share = longest > kLongest ? kLongest / longest : 1;
+    bool better = false;
+    for (int half = 0; half < kHalvings && !better; ++half, share /= 2) {
+      for (std::size_t p = 0; p < chain_.passive.size(); ++p) {
+        const int joint = chain_.passive[p];
+        to[static_cast<std::size_t>(joint)] = q[joint] + share * dq[static_cast<Eigen::Index>(p)];
+      }
+      look(to.data(), xi);
+      better = e_.norm() < before;
+    }
+    if (!better) {
+      look(q, xi);
+      break;
+    }
+    std::copy(to.begin(), to.end(), q);
+  }
+  return gap() <= kStillClosed;
+}
+
+AssemblyStatus Assembler::assemble(double* q) {
+  const auto n = static_cast<std::size_t>(chain_.joint_count());
+  const std::vector<double> wanted(q, q + n);
+  std::vector<double> here(chain_.home.data(), chain_.home.data() + n);
+  const bool at_home = close(here.data(), nullptr);
+  if (home_side_ == 0) home_side_ = side();
+  const std::vector<double> start = here;
+  std::vector<double> there(n);
+  double done = 0, part = 1;
+  while (at_home && done < 1 && part >= kShortestPart) {
+    const double to = std::min(1.0, done + part);
+    for (std::size_t j = 0; j < n; ++j) there[j] = start[j] + to * (wanted[j] - start[j]);
+    for (const int joint : chain_.passive)
+      there[static_cast<std::size_t>(joint)] = here[static_cast<std::size_t>(joint)];
+    bool near = close(there.data(), nullptr) && side() == home_side_;
+    for (const int joint : chain_.passive)
+      near &= std::abs(there[static_cast<std::size_t>(joint)] - here[static_cast<std::size_t>(joint)]) <= kJump;
+    if (near) {
+      here = there;
+      done = to;
+      part *= 2;
+    } else {
+      part /= 2;
+    }
+  }
+  for (const int joint : chain_.passive) q[joint] = here[static_cast<std::size_t>(joint)];
+  const bool closed = close(q, nullptr);
+  if (!closed) return AssemblyStatus::kOpen;
+  if (is_singular()) return AssemblyStatus::kSingular;
+  return done >= 1 ? AssemblyStatus::kClosed : AssemblyStatus::kOtherBranch;
+}
+
+double Assembler::gap() const { return e_.size() > 0 ? e_.cwiseAbs().maxCoeff() : 0; }
+
+int Assembler::widest() const {
+  Eigen::Index at = 0;
+  e_.cwiseAbs().maxCoeff(&at);
+  return static_cast<int>(at);
+}
+
+bool Assembler::is_singular() const {
+  const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(by_passive_).singularValues();
+  return s.size() > 0 && s[s.size() - 1] <= kSingular * s[0];
+}
+
+int Assembler::side() const { return by_passive_.determinant() < 0 ? -1 : 1; }
+
+void choose_loop_rows(Chain& chain) {
+  // All equations, of which those of a flat loop repeat each other, by least squares.
+  const auto passive = static_cast<Eigen::Index>(chain.passive.size());
+  std::vector<std::pair<int, int>> every;
+  for (std::size_t l = 0; l < chain.loops.size(); ++l) {
+    for (int c = 0; c < chain.loops[l].row_count(); ++c) every.emplace_back(static_cast<int>(l), c);
+  }
+  std::vector<Pose> frames;
+  Eigen::VectorXd e(static_cast<Eigen::Index>(every.size()));
+  Eigen::MatrixXd J(e.size(), passive);
+  const auto look = [&] {
+    forward(chain, chain.home.data(), nullptr, frames);
+    const std::vector<LoopRow> rows = loop_rows(chain, frames, chain.home.data(), nullptr, true);
+    for (Eigen::Index r = 0; r < e.size(); ++r) {
+      e[r] = rows[static_cast<std::size_t>(r)].value;
+      for (Eigen::Index p = 0; p < passive; ++p)
+        J(r, p) = by_joint(chain, rows[static_cast<std::size_t>(r)], frames, chain.passive[static_cast<std::size_t>(p)],
+                           nullptr);
+    }
+  };
+  const Eigen::VectorXd given = chain.home;
+  look();
+  for (int step = 0; step < kSteps && e.size() > 0 && e.cwiseAbs().maxCoeff() > kGap; ++step) {
+    const Eigen::VectorXd at = chain.home;
+    const double before = e.norm();
+    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> cod(J);
+    const Eigen::VectorXd dq = -cod.solve(e);
+    double share = std::min(1.0, kLongest / std::max(dq.cwiseAbs().maxCoeff(), 1e-300));
+    bool better = false;
+    for (int half = 0; half < kHalvings && !better; ++half, share /= 2) {
+      for (Eigen::Index p = 0; p < passive; ++p) {
+        const int joint = chain.passive[static_cast<std::size_t>(p)];
+        chain.home[joint] = at[joint] + share * dq[p];
+      }
+      look();
+      better = e.norm() < before;
+    }
+    if (!better) {
+      chain.home = at;
+      look();
+      break;
+    }
+  }
+  if (e.size() > 0 && e.cwiseAbs().maxCoeff() > kFarOpen) {
+    Eigen::Index widest = 0;
+    const double gap = e.cwiseAbs().maxCoeff(&widest);
+    const auto loop = static_cast<std::size_t>(every[static_cast<std::size_t>(widest)].first);
+    FASTCAL_CHECK(false) << "the loops do not close at the start posture: '" << chain.loops[loop].name << "' lacks "
+                         << gap << kHint;
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J.transpose());
+  qr.setThreshold(kDependent);
+  const auto rank = static_cast<Eigen::Index>(qr.rank());
+  if (rank < passive) {
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeFullV);
+    Eigen::Index loose = 0;
+    svd.matrixV().col(passive - 1).cwiseAbs().maxCoeff(&loose);
+    FASTCAL_CHECK(false) << "the loops give " << rank << " independent equations for " << passive
+                         << " passive joints at the start posture, so that joint"
+                         << chain.passive[static_cast<std::size_t>(loose)] + 1 << " can move by itself";
+  }
+  for (Eigen::Index k = 0; k < rank; ++k)
+    chain.loop_rows.push_back(every[static_cast<std::size_t>(qr.colsPermutation().indices()[k])]);
+  std::sort(chain.loop_rows.begin(), chain.loop_rows.end());
+  // What least squares could not close, the equations that are kept may.
+  Assembler assembler(chain);
+  if (e.size() > 0 && e.cwiseAbs().maxCoeff() > kGap && !assembler.close(chain.home.data(), nullptr)) {
+    const auto [loop, component] = chain.loop_rows[static_cast<std::size_t>(assembler.widest())];
+    (void)component;
+    FASTCAL_CHECK(false) << "the loops do not close at the start posture: '"
+                         << chain.loops[static_cast<std::size_t>(loop)].name << "' lacks " << assembler.gap() << kHint;
+  }
+}
+
+}  // namespace fastcal
