@@ -63,6 +63,7 @@ def page(runs: Sequence[Run]) -> Page:
             spread(runs, "stiffness", "others", "mean"),
             spread(runs, *_best(runs, "loaded", "others"), "mean"),
             _behind(runs, JOINT_MODEL),
+            "The waves under load are sized for about that.",
         ),
     ]
     if trained:
@@ -208,8 +209,8 @@ def _geometry(runs: Sequence[Run]) -> Section:
                 ("", "hidden (printed)", "found", "std", "off by (std)"),
                 ratios,
                 f"Missed by more than 3 of their standard deviations in the median: {', '.join(missed) or 'none'}. A "
-                "standard deviation of least squares takes the waves for noise, but waves are the same wherever the "
-                "arm is the same: 50 poses within 30 degrees do not tell a ratio from them.",
+                "standard deviation of least squares takes waves and the arm's own sag, which this model lacks, for noise; "
+                "but they are the same wherever the arm is the same, and ratios take them up.",
             ),
             terms_table(TERMS),
             Table("Table 5", "accuracy without load", COMPARED, rows),
