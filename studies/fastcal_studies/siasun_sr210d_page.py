@@ -209,8 +209,8 @@ def _geometry(runs: Sequence[Run]) -> Section:
                 ("", "hidden (printed)", "found", "std", "off by (std)"),
                 ratios,
                 f"Missed by more than 3 of their standard deviations in the median: {', '.join(missed) or 'none'}. A "
-                "standard deviation of least squares takes waves and the arm's own sag, which this model lacks, for noise; "
-                "but they are the same wherever the arm is the same, and ratios take them up.",
+                "standard deviation of least squares takes waves and the arm's own sag, which this model lacks, for "
+                "noise; but they are the same wherever the arm is the same, and ratios take them up.",
             ),
             terms_table(TERMS),
             Table("Table 5", "accuracy without load", COMPARED, rows),
