@@ -29,6 +29,7 @@ _BAR_OPACITY = 0.75
 def paper_page(content: Mapping[str, Any]) -> str:
     """The HTML text of the page from what paper.json holds; nothing is simulated or fitted here."""
     arms = int(content["arms"])
+    simulated = bool(content.get("simulated", True))
     sections = [
         {
             "id": f"part-{k}",
@@ -42,19 +43,23 @@ def paper_page(content: Mapping[str, Any]) -> str:
     return page.render(
         "paper.html",
         title=f"Study of {content['paper']['robot']}",
-        simulated=True,
+        simulated=simulated,
         robot_name=content["paper"]["robot"],
         reference=content["paper"]["reference"],
-        arms=plural(arms, "simulated arm"),
+        arms=plural(arms, "simulated arm" if simulated else "random split"),
         full=content["full"],
         tone="good" if all(h["reached"] and h["bettered"] for h in headlines) else "caution",
-        sentence=_sentence(headlines),
+        sentence=content.get("sentence") or _sentence(headlines),
         behind=[_behind(h) for h in headlines if not h["reached"]],
-        headlines=_headlines(headlines),
+        headlines=_headlines(headlines) if headlines else None,
         remarks=content["remarks"],
         how=content["paper"]["arm"],
         sections=sections,
-        contents=[("headlines", "Headline measures"), *((s["id"], s["title"]) for s in sections), ("arms", "The arms")],
+        contents=[
+            *([("headlines", "Headline measures")] if headlines else []),
+            *((s["id"], s["title"]) for s in sections),
+            ("arms", "The arms"),
+        ],
     )
 
 

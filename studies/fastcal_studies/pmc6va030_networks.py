@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fastcal.correction.experts import Expert
+from fastcal.correction.experts import AxisNetworks, Expert
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.ca_somm import fit_ca_somm, found_split
 from fastcal.networks.device import one_thread
@@ -17,19 +18,58 @@ from fastcal.networks.fitting import Schedule
 from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
-from fastcal.networks.plain import fit_plain
+from fastcal.networks.plain import fit_plain, train_plain
 from fastcal.networks.population import Architecture
-from fastcal.networks.problem import problem_of
-from fastcal.networks.somm import fit_somm
+from fastcal.networks.problem import Problem, problem_of
+from fastcal.networks.somm import BATCH, fit_somm
+from fastcal.networks.somm import PAPER as PAPER_SIZES
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.study import Run
 
+IntArray = NDArray[np.intp]
+
 PLAIN = Architecture.plain((50, 50, 40, 30), "tanh")
 SCHEDULE = Schedule(epochs=200, batch=200, rate=1e-3)
 SEARCHED, ENSEMBLE = 20, 3
 UNTRAINED = ("GB10", "GB30")
+
+
+def _stopped_early(problem: Problem, own: list[IntArray], options: Options) -> list[AxisNetworks]:
+    """SOMM-ANN as the text trains it: 50 epochs at most, until the training loss has not fallen for five of them."""
+    found = []
+    for axis, sizes in enumerate(PAPER_SIZES):
+        schedule = Schedule(epochs=50, batch=BATCH, rate=sizes.rate, patience=5, check=1)
+        axes, members = [(axis,)], [sizes.architecture]
+        found += train_plain(problem, members, axes, own, schedule, options, validation=own)[0]
+    return [AxisNetworks(found[0].scaling, tuple(net for part in found for net in part.nets), found[0].unit)]
+
+
+def compared(
+    model: Robot, best: Robot, sets: Mapping[str, Dataset], marked: Mapping[str, Dataset], seed: int
+) -> dict[str, float]:
+    """Mean errors [mm] of the rows not trained on: the paper's networks, SOMM-ANN behind fastcal's model, and mlp."""
+    problem, ours = problem_of(model, sets["GA10"], seed=seed), problem_of(best, marked["GA10"], seed=seed)
+    own, rows = [np.arange(len(problem))], [np.arange(len(ours))]
+    options = Options(seed=seed, trials=0)
+    with one_thread():
+        fitted: dict[str, tuple[Robot, Mapping[str, Dataset], Sequence[Expert]]] = {
+            "somm": (model, sets, fit_somm(problem, own, options)),
+            "ca": (model, sets, fit_ca_somm(problem, own, options)),
+            "somm_ours": (best, marked, fit_somm(ours, rows, options)),
+            "best": (best, marked, fit_mlp(ours, rows * ENSEMBLE, options)),
+        }
+    return {
+        name: lengths_mm(np.vstack([_left_by(of, members, data[key]) for key in UNTRAINED]))["mean"]
+        for name, (of, data, members) in fitted.items()
+    }
+
+
+def _left_by(model: Robot, members: Sequence[Expert], data: Dataset) -> FloatArray:
+    """(N, 3) what is left behind a model and the mean of some networks [m]."""
+    inputs = model.inputs(data.q, data.payload)
+    return np.asarray(left(model, data) - np.mean([member.displacement(inputs) for member in members], axis=0))
 
 
 def networks(
@@ -56,7 +96,9 @@ def networks(
         fitted: dict[str, tuple[Robot, Mapping[str, Dataset], Sequence[Expert]]] = {
             "plain": (model, sets, plain),
             "somm": (model, sets, somm),
+            "stopped": (model, sets, _stopped_early(problem, own, options)),
             "ca": (model, sets, ca),
+            "somm_ours": (best, marked, fit_somm(ours, [np.arange(len(ours))], options)),
             "mlp": (model, sets, fit_mlp(problem, own, options)),
             "smooth": (yielding, sets, fit_mlp(smooth, [np.arange(len(smooth))] * ENSEMBLE, options)),
             "gp": (best, marked, fit_gaussian_process(ours, [np.arange(len(ours))], options)),
@@ -65,11 +107,7 @@ def networks(
     out: Run = {}
     errors: dict[str, dict[str, FloatArray]] = {}
     for name, (of, rows, members) in fitted.items():
-        errors[name] = {
-            key: left(of, data)
-            - np.mean([member.displacement(of.inputs(data.q, data.payload)) for member in members], axis=0)
-            for key, data in rows.items()
-        }
+        errors[name] = {key: _left_by(of, members, data) for key, data in rows.items()}
         out[name] = {key: lengths_mm(e) for key, e in errors[name].items()}
         out[name]["untrained"] = lengths_mm(np.vstack([errors[name][key] for key in UNTRAINED]))
     bare = [left(model, sets[key]) for key in UNTRAINED]

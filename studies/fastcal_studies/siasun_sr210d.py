@@ -9,7 +9,7 @@ is shown is in siasun_sr210d_page.
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -26,8 +26,9 @@ from fastcal.robot.robot import Robot
 from fastcal.units import to_si
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
+from fastcal_studies.siasun_sr210d_page import WORLD_LINES
 from fastcal_studies.siasun_sr210d_page import page as page
-from fastcal_studies.simulated import FloatArray, Unmodelled, joint_torques, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, joint_torques, left, measure
 from fastcal_studies.study import Paper, Run
 
 # Tables 3, 4 and 6; the coupling ratio error is in 6.1.
@@ -163,12 +164,12 @@ def one_arm(seed: int, full: bool) -> Run:
                 "best": _by_pose(left(by_load.model, loaded)),
             },
         },
-        "commands": commands(screws, stiff.model, by_load.model, true, outside, q[5]),
     }
+    sent = {"one_step": (stiff.model, "one-step"), "full": (stiff.model, "full"), "best": (by_load.model, "full")}
     run["without_waves"] = without_waves(nominal, true, replace(outside, sizes=(0.0,) * 6), q[:5], seed)
     if HAS_TORCH:
         from fastcal_studies.siasun_sr210d_best import behind, by_rows
-        from fastcal_studies.siasun_sr210d_networks import networks
+        from fastcal_studies.siasun_sr210d_networks import networks, with_networks
 
         run["best"] = {
             "free": behind(alone.model, free, seed, {"fitted": free, "others": held_out}),
@@ -177,10 +178,29 @@ def one_arm(seed: int, full: bool) -> Run:
         rows = Dataset.concatenate([both, learnt])
         best, by_current = (calibrate(nominal, rows, effects=e).model for e in (BY_LOAD, [*TRANSMISSION, *CURRENTS]))
         run |= networks(stiff.model, best, by_current, learnt, unseen, seed, full)
+        taught = with_networks(stiff.model, best, learnt, seed)
+        sent |= {name: (model, "full") for name, model in taught.items()}
+        run["worlds"] = {"joints": {key: run["networks"][key]["unseen"]["mean"] for key in WORLD_LINES}}
+        for world in WORLDS[1:]:
+            there = in_world(outside, world, true, unseen)
+            run["worlds"][world] = elsewhere(nominal, tracked(true, there, q[:5], seed), seed, full)
         further = measured(true, outside, poses(nominal, MORE[-1] - LEARNT, 1000 + seed), LOAD_KG, 10 * seed + 5)
         fit = partial(calibrate, nominal, effects=BY_LOAD)
         run["by_rows"] = by_rows(fit, both, Dataset.concatenate([learnt, further]), MORE, unseen, seed)
+    run["commands"] = commands(screws.nominal, sent, true, outside, q[5])
     return run
+
+
+def elsewhere(nominal: Robot, rows: Sequence[Dataset], seed: int, full: bool) -> Run:
+    """Mean error [mm] of the 200 unseen poses by the lines of the three worlds, all from the five parts anew."""
+    from fastcal_studies.siasun_sr210d_networks import compared
+
+    free, _, loaded, learnt, unseen = rows
+    screws = calibrate(nominal, free, effects=TRANSMISSION, loss="none")
+    asked = [f"joint{j} rad_a" for j in SOFT]
+    stiff = calibrate(screws.model, loaded, effects=CURRENTS, parameters=asked, loss="none")
+    best = calibrate(nominal, Dataset.concatenate([free, loaded, learnt]), effects=BY_LOAD)
+    return compared(stiff.model, best.model, learnt, unseen, seed, full)
 
 
 def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
@@ -213,26 +233,31 @@ def without_waves(nominal: Robot, true: Robot, still: Unmodelled, q: Sequence[Fl
 
 
 def commands(
-    screws: CalibrationResult, stiff: Robot, best: Robot, true: Robot, outside: Unmodelled, q: FloatArray
+    nominal: Robot, models: Mapping[str, tuple[Robot, str]], true: Robot, outside: Unmodelled, q: FloatArray
 ) -> dict[str, dict[str, float]]:
     """Errors [mm] of the true arm, loaded, at commands for the poses that the nominal arm reaches at q (N, 6).
 
     Currents at a commanded pose are those that the true arm draws where the nominal arm would go.
+
+    Args:
+        nominal: What the controller believes.
+        models: By line of the table, a model and the method of compensation.
+        true: The hidden arm.
+        outside: Its waves.
+        q: Joints of the poses.
     """
-    targets = screws.nominal.forward(q)
+    targets = nominal.forward(q)
     load = np.full(len(q), LOAD_KG)
-    current = measured(true, outside, q, LOAD_KG, 0).current
+    asked = Targets(
+        targets, seed=q, conditions={"payload": load, "current": measured(true, outside, q, LOAD_KG, 0).current}
+    )
+    sent = {"none": q}
+    for label, (model, method) in models.items():
+        sent[label] = compensate(model, asked, nominal=nominal, method=method, along_path=False).q
     out = {}
-    for label, model, method in (
-        ("none", None, ""), ("one_step", stiff, "one-step"), ("full", stiff, "full"), ("best", best, "full")
-    ):  # fmt: skip
-        sent = q
-        if model is not None:
-            asked = Targets(targets, seed=q, conditions={"payload": load, "current": current})
-            sent = compensate(model, asked, nominal=screws.nominal, method=method, along_path=False).q
-        moved = sent + outside(sent, load)
-        reached = screws.nominal.forward(q)[:, :3, 3] - true.forward(moved, payload=load)[:, :3, 3]
-        out[label] = lengths_mm(reached)
+    for label, own in sent.items():
+        moved = own + outside(own, load)
+        out[label] = lengths_mm(targets[:, :3, 3] - true.forward(moved, payload=load)[:, :3, 3])
     return out
 
 

@@ -19,6 +19,7 @@ from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.plain import fit_plain
 from fastcal.networks.problem import Problem, problem_of
+from fastcal.networks.training import train
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.searches import Counted, Objective, bee_colony, genetic, particle_swarm
@@ -74,6 +75,7 @@ def networks(
                 if name != "BAS"
             },
             "mlp": (problem, [*fit_mlp(problem, [own[0]] * ENSEMBLE, options)]),
+            "bso_ours": (ours, [*fit_from_search(ours, rows[:1], options, partial(_found, _beetle_swarm, budget))]),
             "best_mlp": (ours, [*fit_mlp(ours, rows, options)]),
             "best": (ours, [*fit_gaussian_process(ours, rows[:1], options)]),
             "by_current": (frictional, [*fit_gaussian_process(frictional, rows[:1], options)]),
@@ -93,6 +95,32 @@ def networks(
         out["before"][f"{part}_by_pose"] = [float(x) for x in np.linalg.norm(left(stiff, data), axis=1) / MM]
     axes = {axis: [float(x) for x in column] for axis, column in zip("XYZ", left(stiff, learnt).T / MM, strict=True)}
     return {"networks": out, "axes": axes, "searches": searches(seed)}
+
+
+def compared(stiff: Robot, best: Robot, learnt: Dataset, unseen: Dataset, seed: int, full: bool) -> Run:
+    """Mean errors [mm] of `unseen` by the paper's network behind either model, and by gp behind fastcal's."""
+    problem, ours = (problem_of(model, learnt, seed=seed) for model in (stiff, best))
+    options, own = Options(seed=seed), [np.arange(len(problem))]
+    rows = [np.arange(len(ours))]
+    search = partial(_found, _beetle_swarm, (3 if full else 1) * BEETLES * 121)
+    with one_thread():
+        fitted: dict[str, tuple[Robot, Expert]] = {
+            "bso": (stiff, fit_from_search(problem, own, options, search)[0]),
+            "bso_ours": (best, fit_from_search(ours, rows, options, search)[0]),
+            "best": (best, fit_gaussian_process(ours, rows, options)[0]),
+        }
+    return {
+        name: lengths_mm(left(model, unseen) - member.displacement(model.inputs(unseen.q, unseen.payload)))["mean"]
+        for name, (model, member) in fitted.items()
+    }
+
+
+def with_networks(stiff: Robot, best: Robot, learnt: Dataset, seed: int) -> dict[str, Robot]:
+    """The models with what `train` makes of the rows: what a user sends commands with."""
+    return {
+        "network": train(stiff, learnt, network="bso-mlp", rivals=(), seed=seed).model,
+        "best_network": train(best, learnt, network="gp", rivals=(), seed=seed).model,
+    }
 
 
 def _found(search: Search, evaluations: int, losses: Objective, starts: FloatArray, seed: int) -> FloatArray:

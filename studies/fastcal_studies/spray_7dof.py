@@ -9,7 +9,7 @@ part finds; what of it is shown is in spray_7dof_page.
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,9 +28,9 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
-from fastcal_studies.exhibits import MM
+from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
-from fastcal_studies.simulated import FloatArray, Unmodelled, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
 from fastcal_studies.spray_7dof_page import page as page
 from fastcal_studies.study import Paper, Run
 
@@ -40,6 +40,7 @@ BASE = {"xyz_mm": [20.0, -15.0, 10.0], "rpy_deg": [0.5, -0.4, 0.8]}
 AXES = {"X": 0, "Y": 2, "Z": 1}  # of O1 in the measuring frame: reach, vertical, rail
 NOISE = 4e-5  # m: 15 um + 6 um/m at 4 m
 WAVES_RAD = (0.0, 2.1e-4, 2.1e-4, 2.1e-4, 3.0e-4, 0.0, 4.2e-4)
+BEST = "geometry,beam_gravity:by=group:prior=yes"
 STEPS, DONE, HELD = 30, 1e-7, 6
 SIZE = 1e-2  # m and rad: how far damped errors may lie from nominal
 CANDIDATES, ALL_CANDIDATES = 10_000, 78_125
@@ -93,25 +94,24 @@ def one_arm(seed: int, full: bool) -> Run:
     everything = [p.name for p in found.parameters if p.kind != "without_effect"]
     beams = bending(nominal)
     rigid = calibrate(nominal, data, parameters=rows, loss="none")
-    best = "geometry,beam_gravity:by=group:prior=yes"
     models = {
         "before": rigid.nominal,
         "rigid": rigid.model,
         "gravity": calibrate(beams, data, parameters=rows, loss="none").model,
-        "best": calibrate(nominal, data, effects=best).model,
+        "best": calibrate(nominal, data, effects=BEST).model,
     }
     groups = models["best"].spec["effects"][0]["parameters"]
     load = inertia_load(nominal, seed=seed)
     still = replace(outside, sizes=(0.0,) * 7)
-    without = calibrate(nominal, at(data.q, 0, still), effects=best).model
+    without = calibrate(nominal, at(data.q, 0, still), effects=BEST).model
     run: Run = {"without_waves": by_axis(without, at(unseen.q, 1, still))}
     if HAS_TORCH:
         from fastcal.networks import train
 
         many = at(random_poses(nominal, MANY, seed=2000 + seed), 2)
-        learnt = train(calibrate(nominal, many, effects=best).model, many, rivals=(), seed=seed)
+        learnt = train(calibrate(nominal, many, effects=BEST).model, many, rivals=(), seed=seed)
         run["many"] = {"used": learnt.used, **by_axis(learnt.model, unseen)}
-    sent = {name: commanded(model, models["before"], true, outside, unseen.q) for name, model in models.items()}
+    sent, unreachable = commanded(models, true, outside, unseen.q)
     return run | {
         "rank": found.rank,
         "rules": [line.split(": ", 1) for line in str(found).splitlines() if ": held" in line],
@@ -125,6 +125,7 @@ def one_arm(seed: int, full: bool) -> Run:
         "by_pose": {name: miss(model, unseen) for name, model in models.items()},
         "fitted_by_pose": {name: miss(model, data) for name, model in models.items()},
         "commands": sent,
+        "unreachable": unreachable,
         "share": {
             axis: {name: sent[name][axis]["mean"] / sent["rigid"][axis]["mean"] for name in ("gravity", "best")}
             for axis in AXES
@@ -144,6 +145,8 @@ def one_arm(seed: int, full: bool) -> Run:
             "load": load.load[[2, 3, 5]].tolist(),
         },
         "identified": {f"{p.owner} {p.name}": {"found": p.value - p.nominal, "std": p.std} for p in rigid.parameters},
+        "hidden": hidden_rows(nominal, true, (f"{p.owner} {p.name}" for p in rigid.parameters)),
+        "worlds": worlds(nominal, true, outside, rows, (data.q, unseen.q)),
     }
 
 
@@ -204,15 +207,54 @@ def _sizes(values: FloatArray) -> dict[str, float]:
 
 
 def commanded(
-    model: Robot, nominal: Robot, true: Robot, outside: Unmodelled, q: FloatArray
-) -> dict[str, dict[str, float]]:
-    """Errors of the true arm [mm] by axis at commands for poses that the nominal arm reaches at q, joint 6 held."""
+    models: Mapping[str, Robot], true: Robot, outside: Unmodelled, q: FloatArray
+) -> tuple[dict[str, dict[str, dict[str, float]]], int]:
+    """Errors of the true arm [mm] by model and axis at commands for poses that the nominal arm reaches at q (N, 6).
+
+    Joint 6 is held where q has it. A pose that a model can't reach so (its number is given as well) is no command, and
+    is left out for all models.
+    """
+    nominal = models["before"]
     wanted = nominal.forward(q)
-    sent = q
-    if model is not nominal:
-        sent = compensate(model, Targets(wanted, seed=q), nominal=nominal, hold=[HELD], along_path=False).q
-    off = true.forward(sent + outside(sent, np.zeros(len(q))))[:, :3, 3] - wanted[:, :3, 3]
-    return {axis: _sizes(from_si(off[:, column], "mm")) for axis, column in AXES.items()}
+    sent, reached = {"before": q}, np.ones(len(q), dtype=bool)
+    for name, model in models.items():
+        if model is not nominal:
+            found = compensate(model, Targets(wanted, seed=q), nominal=nominal, hold=[HELD], along_path=False)
+            sent[name], reached = found.q, reached & found.reached
+    out = {}
+    for name, own in sent.items():
+        off = (true.forward(own + outside(own, np.zeros(len(q))))[:, :3, 3] - wanted[:, :3, 3])[reached]
+        out[name] = {axis: _sizes(from_si(off[:, column], "mm")) for axis, column in AXES.items()}
+    return out, int(np.sum(~reached))
+
+
+def worlds(nominal: Robot, true: Robot, outside: Unmodelled, rows: Sequence[str], q: Sequence[FloatArray]) -> Run:
+    """Mean error [mm] of the unseen poses q[1], models fitted to q[0], where the hidden errors have other forms."""
+    sent = [Dataset.from_arrays(own, robot=nominal) for own in q]
+    out: Run = {}
+    for world in WORLDS:
+        there = in_world(outside, world, true, sent[1])
+        data, unseen = (measure(true, own, there, NOISE, 100 * outside.seed + k) for k, own in enumerate(sent))
+        models = {
+            "rigid": calibrate(nominal, data, parameters=rows, loss="none").model,
+            "gravity": calibrate(bending(nominal), data, parameters=rows, loss="none").model,
+            "best": calibrate(nominal, data, effects=BEST).model,
+        }
+        out[world] = {name: lengths_mm(left(model, unseen))["mean"] for name, model in models.items()}
+    return out
+
+
+def hidden_rows(nominal: Robot, true: Robot, names: Iterable[str]) -> dict[str, float]:
+    """What is hidden in a number of a row, "joint2 a_mm", less the nominal one."""
+    out = {}
+    for name in names:
+        owner, key = name.split(" ")
+        if owner.startswith("joint"):
+            joint = int(owner.removeprefix("joint")) - 1
+            out[name] = float(true.spec["joints"][joint].get(key, 0.0)) - float(
+                nominal.spec["joints"][joint].get(key, 0.0)
+            )
+    return out
 
 
 def _std(scale: dict[str, float]) -> float | None:

@@ -8,7 +8,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fastcal_studies.exhibits import Absent, Cell, Chart, Exhibit, Headline, Page, Section, Series, Table, spread
+from fastcal_studies.exhibits import (
+    Absent,
+    Cell,
+    Chart,
+    Exhibit,
+    Headline,
+    Page,
+    Section,
+    Series,
+    Table,
+    spread,
+    terms_table,
+    worlds_section,
+)
 from fastcal_studies.study import Run
 
 MODELS = {
@@ -43,7 +56,9 @@ def page(runs: Sequence[Run]) -> Page:
         f"With them kept it diverges: the first step changes an error by {kept:.0f} m or rad.",
     ]
     remarks.append(_what_remains(runs))
+    lines = {key: MODELS[key] for key in ("rigid", "gravity", "best")}
     sections = [_errors(runs), _design(runs), _accuracy(runs), _commands(runs), _redundancy(runs)]
+    sections.append(worlds_section(runs, "mean error of 100 poses not fitted", lines))
     return Page(headlines, sections, remarks)
 
 
@@ -119,7 +134,14 @@ def _accuracy(runs: Sequence[Run]) -> Section:
         for number, keys in (("Figure 12", ("before", "rigid")), ("Figure 13", ("rigid", "gravity", "best"))):
             charts.append(_by_pose(runs[0]["fitted_by_pose"], number, axis, keys, "150 poses fitted"))
     identified = runs[0]["identified"]
-    rows: list[list[Cell]] = [[name, entry["found"], entry["std"]] for name, entry in identified.items()]
+    rows: list[list[Cell]] = [
+        [name, runs[0]["hidden"].get(name), entry["found"], entry["std"]] for name, entry in identified.items()
+    ]
+    terms: list[list[Cell]] = [
+        [MODELS["rigid"], "150", "no load", "fitted", "one fit"],
+        [MODELS["gravity"], "150", "no load; beams taken as known", "fitted", "one fit"],
+        [MODELS["best"], "150", "no load; four stiffnesses fitted under a prior", "fitted", "one fit"],
+    ]
     groups: list[list[Cell]] = [
         [name, hidden, spread(runs, "groups", name, "found"), spread(runs, "groups", name, "std").median]
         for name, hidden in STIFFNESS.items()
@@ -128,10 +150,13 @@ def _accuracy(runs: Sequence[Run]) -> Section:
         "Calibration without and with gravity",
         "X is along the reach, Y vertical, Z along the rail.",
         [
+            terms_table(terms),
             Table("Table 3", "150 poses fitted (mm)", ("", "mean", "max"), _by_axis(runs, "fitted"),
                   "The paper's numbers are missing from its text."),
             *charts,
-            Table("Table 4", "what is identified, the first arm", ("", "found less nominal", "std"), rows),
+            Table("Table 4", "what is identified, the first arm", ("", "hidden", "found less nominal", "std"), rows,
+                  "Base and tool have no hidden column of their own: they take up what is held in rows 1 and 7. What "
+                  "is held elsewhere is in the numbers beside it as well."),
             Table("Beams", "stiffness over that of the file", ("group", "hidden", "found", "std"), groups,
                   "Without payloads column and arm can hardly be separated from geometry: a prior holds them near the "
                   "file's."),
@@ -148,8 +173,19 @@ def _commands(runs: Sequence[Run]) -> Section:
         "Commands sent to the arm",
         "100 unseen poses: commands with joint 6 held are sent to the hidden arm, and what it misses is taken without "
         "noise. The figures are of the same poses as predicted.",
-        [Table("Table 5", "errors of the hidden arm (mm)", ("", "mean", "max"), _by_axis(runs, "commands")), *charts],
-    )
+        [
+            Table("Table 5", "errors of the hidden arm (mm)", ("", "mean", "max"), _by_axis(runs, "commands"),
+                  f"Of the 100 poses {_counted(runs)} can't be reached by one of the models with joint 6 held: there "
+                  "is no command for them, and they are left out for all."),
+            *charts,
+        ],
+    )  # fmt: skip
+
+
+def _counted(runs: Sequence[Run]) -> str:
+    """How many poses are unreachable: on the arms, in words."""
+    few = spread(runs, "unreachable")
+    return f"{few.low:.0f}" if few.low == few.high else f"{few.low:.0f} to {few.high:.0f} an arm"
 
 
 def _by_pose(values: Run, number: str, axis: str, keys: Sequence[str], what: str) -> Chart:

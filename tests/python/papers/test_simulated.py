@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """What the studies' arms have in common, and the searches."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 import fastcal
 from fastcal_studies.searches import Counted, bee_colony, genetic, particle_swarm
-from fastcal_studies.simulated import Unmodelled, joint_torques, left
+from fastcal_studies.simulated import WORLDS, Unmodelled, in_world, joint_torques, left, measure
 
 
 def test_waves_have_their_size_and_grow_with_the_load() -> None:
@@ -18,6 +19,24 @@ def test_waves_have_their_size_and_grow_with_the_load() -> None:
     empty = waves(q, np.zeros(len(q)))
     assert empty.std(axis=0) == pytest.approx([1e-4 / 2**0.5, 0.0, 3e-4 / 2**0.5], rel=0.05)
     assert waves(q, np.full(len(q), 10.0)) == pytest.approx(3 * empty)
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_every_world_moves_the_point_as_far_and_links_only_across_their_joints(world: str) -> None:
+    robot = fastcal.load_robot("siasun_sr210d")
+    sent = fastcal.Dataset.from_arrays(fastcal.random_poses(robot, 300, seed=1))
+    waves = Unmodelled((1e-4,) * 6, 10.0, 0.0, 4)
+    there = in_world(waves, world, robot, sent)
+    still, moved = (
+        np.asarray(measure(robot, sent, w, 0.0, 0).position) for w in (Unmodelled((0.0,) * 6, 10.0, 0.0, 4), there)
+    )
+    wanted = np.einsum("nij,nj->ni", robot.joint_jacobian(sent.q)[:, :3], waves(sent.q, sent.payload))
+    assert np.linalg.norm(moved - still) == pytest.approx(np.linalg.norm(wanted), rel=1e-3)
+    assert np.any(there(sent.q, sent.payload)) == (world == "joints")
+    if world == "links":
+        only = replace(there, sizes=(0.0, 1e-4, 0.0, 0.0, 0.0, 0.0))
+        along = np.einsum("ni,ni->n", only.displacement(robot, sent), robot.joint_jacobian(sent.q)[:, :3, 1])
+        assert np.abs(along).max() < 1e-15
 
 
 def test_torques_are_those_of_a_lever() -> None:
