@@ -120,7 +120,7 @@ def detect(
             says which row it belongs to.
     """
     opencv()
-    if not has_rig(robot.spec):
+    if not has_rig(robot.description):
         raise InvalidInput(f"{robot.name}: has no cameras or no boards; expected a cell file with both")
     files = picture_files(given)
     of = {path: camera_of(path, list(robot.spec["cameras"])) for path in files}
