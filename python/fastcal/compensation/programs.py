@@ -224,7 +224,7 @@ def _shifts(places: Places, before: FloatArray, after: FloatArray) -> FloatArray
 def _on_the_arm(model: Robot, program: Program) -> list[str]:
     """How the controller may count otherwise than the file, and where the arm of a URDF ends."""
     notes = []
-    if not model.description.pendant and any(target.kind == "joints" for target in program.targets):
+    if model.description.pendant is None and any(target.kind == "joints" for target in program.targets):
         notes += doubts_on_joints(program.documents[0].name, model.name)
     if tip := model.description.source.get("tip_link"):
         notes.append(f"{model.name} ends at the link {tip} of its URDF, from which the tools of the program are told")

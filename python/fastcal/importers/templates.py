@@ -52,7 +52,7 @@ def write_template(path: str | os.PathLike[str], robot: Robot) -> list[str]:
 def _columns(robot: Robot) -> dict[str, str]:
     """The columns that every measurement of points has, and what they hold."""
     out = {}
-    shown = {entry.joint for entry in robot.description.pendant}
+    shown = {entry.joint for entry in robot.description.pendant or ()}
     letter = "q" if robot.pendant.is_chain else "j"
     for number, (joint, (low, high)) in enumerate(zip(robot.joints, robot.limits.tolist(), strict=True), start=1):
         if joint.mimic is not None or joint.passive:

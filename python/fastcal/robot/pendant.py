@@ -64,7 +64,7 @@ def pendant_of(spec: RobotSpec) -> Pendant:
     n = len(spec.joints)
     matrix, zero = np.eye(n), np.zeros(n)
     sources: dict[int, set[int]] = {joint: set() for joint in range(n)}
-    for entry in spec.pendant:
+    for entry in spec.pendant or ():
         i = entry.joint - 1
         matrix[i, i], zero[i] = entry.sign, to_si(float(entry.zero), spec.joints[i].unit)
         for others, sign in ((entry.plus, 1.0), (entry.minus, -1.0)):
@@ -77,7 +77,7 @@ def pendant_of(spec: RobotSpec) -> Pendant:
 def relations(spec: RobotSpec) -> list[str]:
     """What the file says, such as "q3 = J3 + J2"."""
     out = []
-    for entry in spec.pendant:
+    for entry in spec.pendant or ():
         i, zero, unit = entry.joint, entry.zero, spec.joints[entry.joint - 1].unit
         text = f"{joint_position(i - 1)} = {'-' if entry.sign < 0 else ''}J{i}"
         text += "".join(f" + J{other}" for other in entry.plus) + "".join(f" - J{other}" for other in entry.minus)

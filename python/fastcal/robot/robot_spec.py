@@ -175,7 +175,7 @@ class RobotSpec:
     home: Frame | None = None
     flange: Frame | None = None
     coupling: tuple[Coupling, ...] = ()
-    pendant: tuple[PendantJoint, ...] = ()
+    pendant: tuple[PendantJoint, ...] | None = None  # () says that the controller counts as the chain does
     base: Frame = Frame()
     tool: Frame = Frame()
     payload: Payload = Payload()

@@ -169,7 +169,7 @@ def _drop(label: str, name: str, take: Callable[[str, bytes], Any]) -> None:
 def _signs(studio: Studio, changes: Callable[..., Any]) -> None:
     """How the controller counts: a sign a joint, and what joint 3 is counted from."""
     robot = studio.project.robot()
-    entries = {entry.joint: entry for entry in robot.description.pendant}
+    entries = {entry.joint: entry for entry in (robot.description.pendant or ())}
     signs = [int(entries[k + 1].sign) if k + 1 in entries else 1 for k in range(robot.joint_count)]
     three = entries.get(3)
     third = "own" if three is None else "plus" if three.plus else "minus" if three.minus else "own"
