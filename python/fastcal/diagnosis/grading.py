@@ -15,7 +15,7 @@ from fastcal import _core
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import folds, gain
-from fastcal.diagnosis.library import SLOW, Hypothesis
+from fastcal.diagnosis.library import SLOW, Hypothesis, load_of_form, other_forms
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike
@@ -26,6 +26,8 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 
 FloatArray = NDArray[np.float64]
+
+_WIDE = 0.1  # of the largest load: a gap that closes over more of them is a compliance as well
 
 
 @dataclass(frozen=True)
@@ -75,11 +77,34 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
             rivals += (BlockLabel(name.owner, (f"q{name.owner.removeprefix('joint')}",)),)
         orders = orders_alike(base, name) if name.traits.is_wave else ()
         alike += (Because(Reason.ORDERS_ALIKE, orders=orders),) if orders else ()
+        alike += other_forms_that_do(search, state, name)
     parameters = state.fit.model.parameters[place]
     plausible = _is_plausible(parameters, theta)
     richer = _richer_needed(name, parameters, theta, own)
     loads = state.fit.effect(name).follows_loads
     return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads, alike)
+
+
+def other_forms_that_do(search: Search, state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
+    """Other laws of the name's effect with which the set is about as likely, or likelier: within DECISIVE_BIC."""
+    problem = state.fit.problem
+    at = next(k for k, n in enumerate(state.names) if n is name)
+    near, there = state, {n.cause for n in state.names}
+    for simple in name.traits.generalizes:  # a law that bends begins at the straight one
+        straight = next((n for n in problem.names if n.key == (simple, name.owner) and not n.variant), None)
+        if straight is not None:
+            near = search.state([*state.names[:at], straight, *state.names[at + 1 :]], state)
+    out = []
+    for form in other_forms(name.entry, problem.start.robot, problem.kept):
+        if form.cause in there and form.cause != name.cause:
+            continue
+        other = search.state([*state.names[:at], form, *state.names[at + 1 :]], near)
+        is_same = (
+            other.size == state.size and abs(other.fit.remaining - state.fit.remaining) < rules.CHI_SQUARE_TOLERANCE
+        )
+        if other.fit.converged and not other.impossible and not is_same and other.bic < state.bic + rules.DECISIVE_BIC:
+            out.append(CauseLabel(name.effect, name.owner, form.variant))
+    return (Because(Reason.OTHER_FORM, subjects=tuple(out)),) if out else ()
 
 
 def borne_out(search: Search, state: SearchNode) -> SearchNode:
@@ -199,6 +224,15 @@ def is_shadow(search: Search, state: SearchNode, found: Evidence) -> bool:
     yield, may predict better than none, whatever the cause is.
     """
     return found.statistic < rules.MIN_SNR_BESIDE_REST**2 or search.explains_little(state)
+
+
+def is_of_any_form(state: SearchNode, name: Hypothesis) -> bool:
+    """Does a form that a load decides change over a large part of the loads, as a law that bends does too?"""
+    load = load_of_form(name)[1]
+    if not load:
+        return False
+    joint = int(name.owner.removeprefix("joint")) - 1
+    return bool(float(name.entry[load]) > _WIDE * float(np.abs(state.fit.loads[:, joint]).max()))
 
 
 def is_turned(columns: Sequence[str], values: Mapping[str, NamedValue]) -> bool:

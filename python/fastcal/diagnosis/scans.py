@@ -27,6 +27,7 @@ from fastcal.diagnosis.library import (
     effect_has_moment,
     from_moment,
     is_excluded,
+    load_of_form,
     order_of_rows,
     scanned,
     with_number,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _AT_ONCE = 128  # names that are scored together, for the memory that their columns take
+_LOADS_APART = 4.0  # loads of a form that are tried, above and below that of the grid
 _ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
 
 
@@ -165,7 +167,10 @@ def refined(name: Hypothesis, grid: Iterable[Hypothesis], state: SearchNode) -> 
 
 
 def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
-    """A step at the moment of all between two rows that explains most; other names as they are."""
+    """A step at the moment of all between two rows that explains most, a form at its best load; others as they are."""
+    law, load = load_of_form(name)
+    if load:
+        return _at_best_load(name, law, load, state)
     if not effect_has_moment(name.effect):
         return name
     data = state.fit.problem.kept
@@ -176,3 +181,14 @@ def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
     step = columns_at(state.fit, [always], as_measured=True).values[: int(measured.sum())]
     at, _ = find_step(A[measured], step, -r[measured], row[measured], order_of_rows(data))
     return from_moment(bare, at, data)
+
+
+def _at_best_load(name: Hypothesis, law: str, load: str, state: SearchNode) -> Hypothesis:
+    """A form with the load near that of the grid that explains most."""
+    spread = _LOADS_APART
+    for _ in range(_ROUNDS):
+        sizes = float(name.entry[load]) * np.geomspace(1 / spread, spread, _BETWEEN)
+        near = [with_number(name.entry, load, size, law) for size in sizes]
+        name = near[int(np.argmax(_scores(state.fit, near)[0]))]
+        spread **= 2 / (_BETWEEN - 1)
+    return name

@@ -10,11 +10,11 @@ import pytest
 from fastcal import Robot, diagnose, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import grading
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.library import Hypothesis, build_library
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.result import Diagnosis, Finding
-from fastcal.diagnosis.search import Family, SearchNode
+from fastcal.diagnosis.search import Family, Search, SearchNode
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Spec
 
@@ -122,3 +122,29 @@ def test_the_first_axis_may_lie_anywhere_and_slide() -> None:
     joints = [rail | {"min_mm": -500.0, "max_mm": 500.0}, *ARM.spec["joints"][1:]]
     track = Robot(dict(arm.spec) | {"joints": joints})
     assert moved(track, zero_of(1, 3e-4 * LATER)) == ["joint1"]
+
+
+@pytest.mark.parametrize(("width", "grades"), [(4.0, "AB"), (500.0, "C")])
+def test_a_gap_that_the_load_closes_is_named_as_one(width: float, grades: str) -> None:
+    """No side of approach shows it; a compliance that stops at its corner does nearly the same where it is soft."""
+    slack = {"effect": "backlash", "owner": "joint2", "side": "load", "width_nm": width}
+    payload = np.random.default_rng(7).choice([0.0, 10.0, 25.0], ROWS)
+    q = random_poses(ARM, ROWS, seed=7)
+    effect, _ = the_one(diagnosed(q, [slack | {"parameters": {"load_gap_rad": 1.5e-3}}], payload=payload))
+    assert effect.label == "backlash@joint2"
+    assert effect.parameters["load_gap_rad"].value == pytest.approx(1.5e-3, rel=0.1)
+    assert effect.grade in grades
+
+
+def test_a_name_that_another_form_of_its_effect_does_as_well_as_is_not_sure() -> None:
+    """Two laws of a compliance, over loads that hardly leave its first piece."""
+    data = simulate(perturbed(ARM, seed=7), random_poses(ARM, ROWS, seed=7), noise=SIGMA, seed=7)
+    names = build_library(ARM, data).names
+    search = Search(prepared_problem(ARM, data, names, Noise((SIGMA, 1e-4, SIGMA)), 1))
+    bent = next(n for n in names if n.key == ("joint_compliance_nonlinear", "joint2"))
+    state = search.state([bent], search.start)  # of rows without any: every law does as well
+    (because,) = grading.other_forms_that_do(search, state, bent)
+    assert because.reason is Reason.OTHER_FORM
+    assert [str(subject) for subject in because.subjects] == [
+        f"joint_compliance_nonlinear@joint2:{form}" for form in ("form=cubic", "torque=payload")
+    ]
