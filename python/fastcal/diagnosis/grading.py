@@ -24,6 +24,7 @@ from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Re
 from fastcal.diagnosis.result import NamedValue
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.place import place as joint_place
 
 FloatArray = NDArray[np.float64]
 
@@ -231,8 +232,8 @@ def is_of_any_form(state: SearchNode, name: Hypothesis) -> bool:
     load = load_of_form(name)[1]
     if not load:
         return False
-    joint = int(name.owner.removeprefix("joint")) - 1
-    return bool(float(name.entry[load]) > _WIDE * float(np.abs(state.fit.loads[:, joint]).max()))
+    met = np.abs(state.fit.loads[:, joint_place(name.owner).index])
+    return bool(float(name.entry[load]) > _WIDE * float(met.max()))
 
 
 def is_turned(columns: Sequence[str], values: Mapping[str, NamedValue]) -> bool:
