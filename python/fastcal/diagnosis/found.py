@@ -250,8 +250,6 @@ class Found:
         )
         if remaining is not None and grading.is_shadow(self.search, self.best, proof):
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
-        if grading.is_of_any_form(self.best, name):
-            grade, limits = "C", (Because(Reason.ANY_FORM), *limits)
         if is_beyond_bounds(self.told_fit, name):
             grade, limits = "C", (Because(Reason.IMPOSSIBLE), *limits)
         if self.written.is_plain and not self.written.shows(name):

@@ -15,20 +15,22 @@ from fastcal import _core
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import folds, gain
-from fastcal.diagnosis.library import SLOW, Hypothesis, load_of_form, other_forms
+from fastcal.diagnosis.library import SLOW, Hypothesis, is_excluded, load_of_form, other_forms, with_number
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
+from fastcal.diagnosis.scans import at_best_load
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.effects.entries import effect_names
 from fastcal.place import place as joint_place
 
 FloatArray = NDArray[np.float64]
 
-_WIDE = 0.1  # of the largest load: a gap that closes over more of them is a compliance as well
+_SOFT = 0.5  # quantile of a joint's loads at which the search for the width of a soft flank begins
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,8 @@ def other_forms_that_do(search: Search, state: SearchNode, name: Hypothesis) -> 
         if straight is not None:
             near = search.state([*state.names[:at], straight, *state.names[at + 1 :]], state)
     out = []
-    for form in other_forms(name.entry, problem.start.robot, problem.kept):
+    forms = other_forms(name.entry, problem.start.robot, problem.kept)
+    for form in [*forms, *_soft_flanks(search, state, name)]:
         if form.cause in there and form.cause != name.cause:
             continue
         other = search.state([*state.names[:at], form, *state.names[at + 1 :]], near)
@@ -104,8 +107,25 @@ def other_forms_that_do(search: Search, state: SearchNode, name: Hypothesis) -> 
             other.size == state.size and abs(other.fit.remaining - state.fit.remaining) < rules.CHI_SQUARE_TOLERANCE
         )
         if other.fit.converged and not other.impossible and not is_same and other.bic < state.bic + rules.DECISIVE_BIC:
-            out.append(CauseLabel(name.effect, name.owner, form.variant))
+            out.append(CauseLabel(form.effect, form.owner, form.variant))
     return (Because(Reason.OTHER_FORM, subjects=tuple(out)),) if out else ()
+
+
+def _soft_flanks(search: Search, state: SearchNode, name: Hypothesis) -> list[Hypothesis]:
+    """Gaps that the load closes softly, in place of a law that bends: at the width that explains most."""
+    if name.traits.searched != "critical":
+        return []
+    base = search.without(state, name)
+    size = float(np.quantile(np.abs(base.fit.loads[:, joint_place(name.owner).index]), _SOFT))
+    problem, out = state.fit.problem, []
+    for effect in effect_names() if size > 0 else ():
+        forms = other_forms({"effect": effect, "owner": name.owner}, problem.start.robot, problem.kept)
+        one = next((form for form in forms if load_of_form(form)[1]), None)
+        if one is None or is_excluded(effect, name.owner, problem.excluded):
+            continue
+        law, load = load_of_form(one)
+        out.append(at_best_load(with_number(one.entry, load, size, law), law, load, base))
+    return out
 
 
 def borne_out(search: Search, state: SearchNode) -> SearchNode:
@@ -225,15 +245,6 @@ def is_shadow(search: Search, state: SearchNode, found: Evidence) -> bool:
     yield, may predict better than none, whatever the cause is.
     """
     return found.statistic < rules.MIN_SNR_BESIDE_REST**2 or search.explains_little(state)
-
-
-def is_of_any_form(state: SearchNode, name: Hypothesis) -> bool:
-    """Does a form that a load decides change over a large part of the loads, as a law that bends does too?"""
-    load = load_of_form(name)[1]
-    if not load:
-        return False
-    met = np.abs(state.fit.loads[:, joint_place(name.owner).index])
-    return bool(float(name.entry[load]) > _WIDE * float(met.max()))
 
 
 def is_turned(columns: Sequence[str], values: Mapping[str, NamedValue]) -> bool:

@@ -41,8 +41,8 @@ Exclusion = tuple[str, str | None]  # an effect and its owner; None: all of them
 
 SLOW = frozenset(["time_s", "temperature_c"])  # what an effect depends on that changes slowly
 _NOT_SCREENED = ("nuisance", "curve", "scanned", "on request")  # roles: blocks without a name stand for the curves
-_SMALL = 0.1  # of the least load tried: a gap whose flank any load decides
-_NO_LOAD = 1e-6  # of the largest: what rounding leaves about an upright axis
+_SMALL = (0.005, 0.02, 0.06)  # of the largest load of a joint
+_NO_LOAD = 1e-9  # [N m or N] rounding about an upright axis
 _SEARCHED = (
     "at_s",
     "at_row",
@@ -165,8 +165,7 @@ def build_library(robot: Robot, data: Dataset, excluded: Collection[Exclusion] =
                 entries = list(_entries(effect, owner, robot, data))
             except InvalidInput:
                 untestable.append(Untestable(effect, owner, needs(effect, owner, columns=True)))
-                entries = []
-            entries += _acting_otherwise(effect, owner, robot, data)
+                continue
             names += [name for name in entries if identity(name.entry) not in there]
     return Library(names, untestable, frozenset(excluded))
 
@@ -246,31 +245,17 @@ def load_of_form(name: Hypothesis) -> tuple[str, str]:
 
 
 def _loads_met(owner: str, robot: Robot, data: Dataset) -> list[float]:
-    """Loads [N m or N] about a joint where corners of a compliance are tried, and a small one; empty: there is none."""
+    """Small loads [N m or N] about a joint, by those met; empty where there is none.
+
+    A gap whose flank changes over more of them is a compliance by another name: `grading.other_forms_that_do` asks.
+    """
     core, joint = robot.core, place(owner).index
     model = _core.ErrorModel(core, [])
     samples = build_samples([], [], core, data.q, condition_columns(data))
     axis = 5 if robot.joint_types[joint] == "revolute" else 2
     size = np.abs(np.asarray(model.loads(samples, model.start))[:, 2 * joint + 1, axis])
-    met = [float(x) for x in np.quantile(size, rules.CORNER_QUANTILES) if x > _NO_LOAD * size.max(initial=0.0)]
-    return [*(_SMALL * x for x in met[:1]), *met]
-
-
-def _acting_otherwise(effect: str, owner: str, robot: Robot, data: Dataset) -> list[Hypothesis]:
-    """Forms that act by something else than the plain effect, such as a gap that the load closes: names of their own.
-
-    Those that bend the same law further are asked of a name that was found (`grading.other_forms_that_do`).
-    """
-    if traits_of(effect).searched or not traits_of(effect).forms:
-        return []
-    bare: Spec = {"effect": effect, "owner": owner}
-    plain = build_effects([bare], robot.core)[0]
-    out = []
-    for name in other_forms(bare, robot, data):
-        own = build_effects([name.entry], robot.core)[0]
-        if (own.follows_loads, own.data_columns) != (plain.follows_loads, plain.data_columns):
-            out.append(name)
-    return out
+    most = float(size.max(initial=0.0))
+    return [share * most for share in _SMALL] if most > _NO_LOAD else []
 
 
 def _corners(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:

@@ -14,7 +14,7 @@ import numpy as np
 from fastcal.calibration.simulation import simulate
 from fastcal.diagnosis import rules, sensitivity, words
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Hypothesis, Untestable, build_library, load_of_form, parse_exclusions
+from fastcal.diagnosis.library import Hypothesis, Untestable, build_library, parse_exclusions
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import CauseLabel
 from fastcal.diagnosis.result import DetectableEffect
@@ -137,12 +137,7 @@ def _candidates(robot: Robot, data: Dataset, causes: Sequence[Hypothesis]) -> Ca
 
 def approached_joints(causes: Sequence[Hypothesis]) -> list[int]:
     """Joints, from 0, for whose direction of approach one of the causes asks."""
-    on = [
-        filled(variable, cause.owner)
-        for cause in causes
-        if not load_of_form(cause)[1]
-        for variable in cause.traits.depends_on
-    ]
+    on = [filled(variable, cause.owner) for cause in causes for variable in cause.traits.depends_on]
     return [int(name.removeprefix("approach")) - 1 for name in on if name.startswith("approach")]
 
 

@@ -40,7 +40,6 @@ class Reason(Enum):
     ZERO_JUMPED = "a joint whose zero jumped does the same"
     ZERO_CREEPS = "a joint whose zero creeps does the same"
     CURVE_WITHOUT_NAME = "a joint errs by its own position"
-    ANY_FORM = "its form changes over a large part of the loads"
     OTHER_FORM = "another form of it does as well"
     PART_OF_A_PLAIN_MODEL = "part of a plain model that predicts held-out poses best"
     PLAIN_MODEL_PREDICTS = "not written: a plain model without it predicts held-out poses better"

@@ -27,7 +27,6 @@ from fastcal.diagnosis.library import (
     effect_has_moment,
     from_moment,
     is_excluded,
-    load_of_form,
     order_of_rows,
     scanned,
     with_number,
@@ -43,7 +42,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _AT_ONCE = 128  # names that are scored together, for the memory that their columns take
-_LOADS_APART = 4.0  # loads of a form that are tried, above and below that of the grid
+_LOADS_APART = 4.0  # loads of a form that are tried, above and below the first
 _ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
 
 
@@ -167,10 +166,7 @@ def refined(name: Hypothesis, grid: Iterable[Hypothesis], state: SearchNode) -> 
 
 
 def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
-    """A step at the moment of all between two rows that explains most, a form at its best load; others as they are."""
-    law, load = load_of_form(name)
-    if load:
-        return _at_best_load(name, law, load, state)
+    """A step at the moment of all between two rows that explains most; other names as they are."""
     if not effect_has_moment(name.effect):
         return name
     data = state.fit.problem.kept
@@ -183,8 +179,8 @@ def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
     return from_moment(bare, at, data)
 
 
-def _at_best_load(name: Hypothesis, law: str, load: str, state: SearchNode) -> Hypothesis:
-    """A form with the load near that of the grid that explains most."""
+def at_best_load(name: Hypothesis, law: str, load: str, state: SearchNode) -> Hypothesis:
+    """A form with the load near its own that explains most."""
     spread = _LOADS_APART
     for _ in range(_ROUNDS):
         sizes = float(name.entry[load]) * np.geomspace(1 / spread, spread, _BETWEEN)

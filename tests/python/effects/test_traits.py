@@ -233,9 +233,3 @@ def test_every_form_is_another_law_of_the_same_place(name: str, arm: Robot, pose
         (effect,) = build_effects([form.entry], arm.core)
         is_other = [p.name for p in effect.parameters] != [p.name for p in own.parameters]
         assert is_other or form.entry.get("torque") == "payload"
-    acting = {
-        n.variant
-        for n in build_library(arm, poses).names
-        if n.key == (name, owner) and n.variant in {form.variant for form in forms}
-    }
-    assert bool(acting) == (not traits_of(name).searched)
