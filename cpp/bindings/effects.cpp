@@ -83,6 +83,7 @@ py::dict traits_dict(const Traits& traits) {
   out["among_parameters"] = py::tuple(py::cast(traits.among_parameters));
   out["searched"] = traits.searched;
   out["diagnosed_with"] = traits.diagnosed_with;
+  out["forms"] = py::tuple(py::cast(traits.forms));
   out["without_masses"] = traits.without_masses;
   out["is_wave"] = traits.is_wave;
   out["number"] = traits.number;

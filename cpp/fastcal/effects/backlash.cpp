@@ -62,6 +62,7 @@ FASTCAL_REGISTER_EFFECT("backlash", {make<Backlash>,
                                       .needs_data = "approach{n} that takes both signs",
                                       .shown_by = "poses that {owner} reaches from both sides",
                                       .refers_to = Reference::kAxes,
-                                      .plotted_over = "approach{n}"}})
+                                      .plotted_over = "approach{n}",
+                                      .forms = {"side=load:width_nm"}}})
 
 }  // namespace fastcal

@@ -197,6 +197,7 @@ FASTCAL_REGISTER_EFFECT("joint_compliance_nonlinear", {make_nonlinear,
                                                         .contrast = {"low", "high"},
                                                         .refers_to = Reference::kAxes,
                                                         .plotted_over = "torque",
-                                                        .searched = "critical"}})
+                                                        .searched = "critical",
+                                                        .forms = {"form=cubic", "torque=payload"}}})
 
 }  // namespace fastcal

@@ -15,18 +15,22 @@ from fastcal import _core
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import folds, gain
-from fastcal.diagnosis.library import SLOW, Hypothesis
+from fastcal.diagnosis.library import SLOW, Hypothesis, is_excluded, load_of_form, other_forms, with_number
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
+from fastcal.diagnosis.scans import at_best_load
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.effects.entries import effect_names
 from fastcal.place import place_of
 
 FloatArray = NDArray[np.float64]
+
+_SOFT = 0.5  # quantile of a joint's loads at which the search for the width of a soft flank begins
 
 
 @dataclass(frozen=True)
@@ -76,11 +80,52 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
             rivals += (BlockLabel(name.owner, (place_of(name.owner).position,)),)
         orders = orders_alike(base, name) if name.traits.is_wave else ()
         alike += (Because(Reason.ORDERS_ALIKE, orders=orders),) if orders else ()
+        alike += other_forms_that_do(search, state, name)
     parameters = state.fit.model.parameters[place]
     plausible = _is_plausible(parameters, theta)
     richer = _richer_needed(name, parameters, theta, own)
     loads = state.fit.effect(name).follows_loads
     return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads, alike)
+
+
+def other_forms_that_do(search: Search, state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
+    """Other laws of the name's effect with which the set is about as likely, or likelier: within DECISIVE_BIC."""
+    problem = state.fit.problem
+    at = next(k for k, n in enumerate(state.names) if n is name)
+    near, there = state, {n.cause for n in state.names}
+    for simple in name.traits.generalizes:  # a law that bends begins at the straight one
+        straight = next((n for n in problem.names if n.key == (simple, name.owner) and not n.variant), None)
+        if straight is not None:
+            near = search.state([*state.names[:at], straight, *state.names[at + 1 :]], state)
+    out = []
+    forms = other_forms(name.entry, problem.start.robot, problem.kept)
+    for form in [*forms, *_soft_flanks(search, state, name)]:
+        if form.cause in there and form.cause != name.cause:
+            continue
+        other = search.state([*state.names[:at], form, *state.names[at + 1 :]], near)
+        is_same = (
+            other.size == state.size and abs(other.fit.remaining - state.fit.remaining) < rules.CHI_SQUARE_TOLERANCE
+        )
+        if other.fit.converged and not other.impossible and not is_same and other.bic < state.bic + rules.DECISIVE_BIC:
+            out.append(CauseLabel(form.effect, form.owner, form.variant))
+    return (Because(Reason.OTHER_FORM, subjects=tuple(out)),) if out else ()
+
+
+def _soft_flanks(search: Search, state: SearchNode, name: Hypothesis) -> list[Hypothesis]:
+    """Gaps that the load closes softly, in place of a law that bends: at the width that explains most."""
+    if name.traits.searched != "critical":
+        return []
+    base = search.without(state, name)
+    size = float(np.quantile(np.abs(base.fit.loads[:, place_of(name.owner).index]), _SOFT))
+    problem, out = state.fit.problem, []
+    for effect in effect_names() if size > 0 else ():
+        forms = other_forms({"effect": effect, "owner": name.owner}, problem.start.robot, problem.kept)
+        one = next((form for form in forms if load_of_form(form)[1]), None)
+        if one is None or is_excluded(effect, name.owner, problem.excluded):
+            continue
+        law, load = load_of_form(one)
+        out.append(at_best_load(with_number(one.entry, load, size, law), law, load, base))
+    return out
 
 
 def borne_out(search: Search, state: SearchNode) -> SearchNode:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import CauseLabel
@@ -28,6 +29,7 @@ from fastcal.effects.entries import (
 )
 from fastcal.effects.traits import Traits, filled
 from fastcal.errors import InvalidInput
+from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import place_of
 from fastcal.robot.robot import Robot, Spec
@@ -39,7 +41,16 @@ Exclusion = tuple[str, str | None]  # an effect and its owner; None: all of them
 
 SLOW = frozenset(["time_s", "temperature_c"])  # what an effect depends on that changes slowly
 _NOT_SCREENED = ("nuisance", "curve", "scanned", "on request")  # roles: blocks without a name stand for the curves
-_SEARCHED = ("at_s", "at_row", "lag_s", "period_mm", "tau_s")  # options that a search finds, beside a wave's order
+_SMALL = (0.005, 0.02, 0.06)  # of the largest load of a joint
+_NO_LOAD = 1e-9  # [N m or N] rounding about an upright axis
+_SEARCHED = (
+    "at_s",
+    "at_row",
+    "lag_s",
+    "period_mm",
+    "tau_s",
+    "width_nm",
+)  # options that a search finds, beside a wave's order
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +212,52 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[H
         yield from _late(entry, data.time)
 
 
+def other_forms(entry: Spec, robot: Robot, data: Dataset) -> list[Hypothesis]:
+    """The other laws that an effect states of itself, such as `side=load`, for the owner of an entry.
+
+    Those that the robot can't have and whose columns the data lack are none.
+    """
+    out = []
+    for form in traits_of(entry["effect"]).forms:
+        law, _, load = form.partition(":")
+        option, _, value = law.partition("=")
+        bare = {"effect": entry["effect"], "owner": entry["owner"], option: value}
+        try:
+            effect = build_effects([bare], robot.core)[0]
+            lacking = [c for c in effect.data_columns if getattr(data, c.rstrip("0123456789"), None) is None]
+            if lacking or entry.get(option) == value:
+                continue
+            bare = with_origins(bare, robot, data)
+        except InvalidInput:
+            continue
+        sizes = _loads_met(bare["owner"], robot, data) if load else []
+        out += [with_number(bare, load, size, law) for size in sizes] or [Hypothesis(bare, law)]
+    return out
+
+
+def load_of_form(name: Hypothesis) -> tuple[str, str]:
+    """(law, option) of a name whose form holds a load that is tried over those met; ("", "") where none does."""
+    for form in name.traits.forms:
+        law, _, load = form.partition(":")
+        if load and load in name.entry:
+            return law, load
+    return "", ""
+
+
+def _loads_met(owner: str, robot: Robot, data: Dataset) -> list[float]:
+    """Small loads [N m or N] about a joint, by those met; empty where there is none.
+
+    A gap whose flank changes over more of them is a compliance by another name: `grading.other_forms_that_do` asks.
+    """
+    core, joint = robot.core, place_of(owner).index
+    model = _core.ErrorModel(core, [])
+    samples = build_samples([], [], core, data.q, condition_columns(data))
+    axis = 5 if robot.joint_types[joint] == "revolute" else 2
+    size = np.abs(np.asarray(model.loads(samples, model.start))[:, 2 * joint + 1, axis])
+    most = float(size.max(initial=0.0))
+    return [share * most for share in _SMALL] if most > _NO_LOAD else []
+
+
 def _corners(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """Places where a compliance may bend; the critical load itself follows from the loads of a fit."""
     for corner in rules.CORNER_QUANTILES:
@@ -273,10 +330,10 @@ def _lags(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
         yield from _late(entry, data.time)
 
 
-def with_number(entry: Spec, option: str, value: float) -> Hypothesis:
-    """An entry with what a search finds, four digits of it."""
+def with_number(entry: Spec, option: str, value: float, law: str = "") -> Hypothesis:
+    """An entry with what a search finds, four digits of it; `law` is the form that it is a number of."""
     number = float(f"{value:.4g}")
-    return Hypothesis({**entry, option: number}, f"{option}={number:g}")
+    return Hypothesis({**entry, option: number}, f"{law}{':' * bool(law)}{option}={number:g}")
 
 
 def _waves(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:

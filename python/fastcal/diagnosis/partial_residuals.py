@@ -21,7 +21,7 @@ from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import core_entry
 from fastcal.diagnosis.row_projections import Effect, Reading
 from fastcal.diagnosis.search import SearchNode
-from fastcal.effects.entries import build_effects, core_options, traits_of
+from fastcal.effects.entries import build_effects, core_options, edge_name, traits_of
 from fastcal.effects.traits import filled
 from fastcal.place import joint_position, place_of
 from fastcal.robot.robot import Spec
@@ -97,9 +97,11 @@ def _entry(fit: Fit, finding: Finding) -> tuple[Spec, slice]:
     for entry, effect in zip(fit.entries, fit.model_effects, strict=True):
         place = slice(at, at + len(effect.parameters))
         at = place.stop
-        if (entry["effect"], entry["owner"]) == (finding.effect, finding.owner) and (
-            order is None or core_options(entry).get("order") == order.value
-        ):
+        if (entry["effect"], entry["owner"]) != (finding.effect, finding.owner):
+            continue
+        names = {edge_name(p, geometry=False) for p in effect.parameters}  # others of another form of the effect
+        is_form = traits_of(finding.effect).is_wave or not finding.parameters or names & set(finding.parameters)
+        if is_form and (order is None or core_options(entry).get("order") == order.value):
             return entry, place
     raise KeyError(finding.label)
 

@@ -40,6 +40,7 @@ class Reason(Enum):
     ZERO_JUMPED = "a joint whose zero jumped does the same"
     ZERO_CREEPS = "a joint whose zero creeps does the same"
     CURVE_WITHOUT_NAME = "a joint errs by its own position"
+    OTHER_FORM = "another form of it does as well"
     PART_OF_A_PLAIN_MODEL = "part of a plain model that predicts held-out poses best"
     PLAIN_MODEL_PREDICTS = "not written: a plain model without it predicts held-out poses better"
     MAY_BE_CHANCE = "not written: noise may have made it"

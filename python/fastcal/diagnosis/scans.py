@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _AT_ONCE = 128  # names that are scored together, for the memory that their columns take
+_LOADS_APART = 4.0  # loads of a form that are tried, above and below the first
 _ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
 
 
@@ -176,3 +177,14 @@ def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
     step = columns_at(state.fit, [always], as_measured=True).values[: int(measured.sum())]
     at, _ = find_step(A[measured], step, -r[measured], row[measured], order_of_rows(data))
     return from_moment(bare, at, data)
+
+
+def at_best_load(name: Hypothesis, law: str, load: str, state: SearchNode) -> Hypothesis:
+    """A form with the load near its own that explains most."""
+    spread = _LOADS_APART
+    for _ in range(_ROUNDS):
+        sizes = float(name.entry[load]) * np.geomspace(1 / spread, spread, _BETWEEN)
+        near = [with_number(name.entry, load, size, law) for size in sizes]
+        name = near[int(np.argmax(_scores(state.fit, near)[0]))]
+        spread **= 2 / (_BETWEEN - 1)
+    return name

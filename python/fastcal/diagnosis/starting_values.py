@@ -50,6 +50,8 @@ def carried(
             part[:] = [there.get(name, value) for name, value in zip(own, part, strict=True)]
         elif "corner" in entry:
             part[:] = corner_start(entry, corners or start, known)
+        elif traits_of(entry["effect"]).searched == "critical" and len(part):
+            part[0] = _straight(entry, known)
     return theta
 
 
@@ -79,6 +81,11 @@ def corner_start(entry: Spec, start: Fit | None, known: Known) -> FloatArray:
     if start is None:
         raise InvalidInput(f"{entry['effect']}@{entry['owner']}: a corner follows from the loads of a fit")
     joint = place_of(entry["owner"]).index
-    simpler = [{"effect": e, "owner": entry["owner"]} for e in traits_of(entry["effect"]).generalizes]
-    slope = next((next(iter(known[key].values())) for key in map(same_parameters, simpler) if key in known), 0.0)
+    slope = _straight(entry, known)
     return np.array([slope, slope, start.corner_loads(entry["corner"])[joint]])
+
+
+def _straight(entry: Spec, known: Known) -> float:
+    """The slope of the straight law that an entry bends; 0 where that is not known."""
+    simpler = [{"effect": e, "owner": entry["owner"]} for e in traits_of(entry["effect"]).generalizes]
+    return next((next(iter(known[key].values())) for key in map(same_parameters, simpler) if key in known), 0.0)

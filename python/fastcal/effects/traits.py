@@ -49,6 +49,8 @@ class Traits:
         searched: What a search over fits finds: an option ("order", "at_s", "lag_s", "period_mm", "tau_s"), or the
             start of a parameter, "critical".
         diagnosed_with: An option with which a diagnosis tries it, as on a command line: "moments=even".
+        forms: Options that make another law of it, "side=load": a diagnosis tries each before it is sure. Behind a
+            colon stands an option that is a load, "side=load:width_nm": it is tried over the loads that are met.
         without_masses: Does it stand for weights that the robot file does not give? A diagnosis then tries it where no
             payload varies, and else holds it by its plausible size beside a compliance of its joint.
         is_wave: Are its two parameters a sine and a cosine of one wave?
@@ -71,6 +73,7 @@ class Traits:
     among_parameters: tuple[str, ...] = ()
     searched: str = ""
     diagnosed_with: str = ""
+    forms: tuple[str, ...] = ()
     without_masses: bool = False
     is_wave: bool = False
     number: str = ""

@@ -2,19 +2,20 @@
 # SPDX-License-Identifier: MIT
 """Causes that these rows can't tell from the one that is named: another order of a wave, a joint whose zero moved."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from fastcal import Robot, diagnose, load_robot, perturbed, random_poses, simulate
+from fastcal import Robot, diagnose, load_measurements, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import grading
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.library import Hypothesis, build_library
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.result import Diagnosis, Finding
-from fastcal.diagnosis.search import Family, SearchNode
+from fastcal.diagnosis.search import Family, Search, SearchNode
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Spec
 
@@ -122,3 +123,29 @@ def test_the_first_axis_may_lie_anywhere_and_slide() -> None:
     joints = [rail | {"min_mm": -500.0, "max_mm": 500.0}, *ARM.spec["joints"][1:]]
     track = Robot(dict(arm.spec) | {"joints": joints})
     assert moved(track, zero_of(1, 3e-4 * LATER)) == ["joint1"]
+
+
+def test_a_gap_that_the_load_closes_keeps_a_compliance_from_being_sure(shared_data: Path) -> None:
+    """Joint 2 has two gaps: a compliance that stops at its corner was sure, and a gap by load was never tried."""
+    folder = shared_data / "hidden_effects_3" / "two_gaps_grade_a"
+    nominal = load_robot(folder / "robot.yaml")
+    found = diagnose(nominal, load_measurements(folder / "measurements.csv", nominal))
+    bent = next(f for f in found.effects if f.effect == "joint_compliance_nonlinear")
+    assert [f.grade for f in found.effects] == ["B", "B"]
+    (because,) = (limit for limit in bent.limits if limit.reason is Reason.OTHER_FORM)
+    assert any(str(subject).startswith("backlash@joint2:side=load") for subject in because.subjects)
+    assert any("backlash@joint2:side=load" in reason for reason in bent.reasons)
+
+
+def test_a_name_that_another_form_of_its_effect_does_as_well_as_is_not_sure() -> None:
+    """Two laws of a compliance, over loads that hardly leave its first piece."""
+    data = simulate(perturbed(ARM, seed=7), random_poses(ARM, ROWS, seed=7), noise=SIGMA, seed=7)
+    names = build_library(ARM, data).names
+    search = Search(prepared_problem(ARM, data, names, Noise((SIGMA, 1e-4, SIGMA)), 1))
+    bent = next(n for n in names if n.key == ("joint_compliance_nonlinear", "joint2"))
+    state = search.state([bent], search.start)  # of rows without any: every law does as well
+    (because,) = grading.other_forms_that_do(search, state, bent)
+    assert because.reason is Reason.OTHER_FORM
+    subjects = [str(subject) for subject in because.subjects]
+    assert subjects[:2] == [f"joint_compliance_nonlinear@joint2:{law}" for law in ("form=cubic", "torque=payload")]
+    assert subjects[2].startswith("backlash@joint2:side=load:width_nm=")

@@ -6,6 +6,7 @@ import copy
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from fastcal import _core
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.compensation.programs import robot_without_measurement
 from fastcal.conversion import convert
-from fastcal.diagnosis.library import build_library, needs
+from fastcal.diagnosis.library import build_library, needs, other_forms
 from fastcal.diagnosis.plan import approached_joints
 from fastcal.diagnosis.problem import with_nuisances
 from fastcal.diagnosis.words import cause_in_words
@@ -206,3 +207,29 @@ def test_loads_are_given_to_an_effect_that_follows_them_and_to_no_other(
     with_effects(arm, {"effect": "pedestal", "owner": "base"}).forward(poses.q[:5])
     with pytest.raises(InvalidInput, match="not registered with follows_loads=True"):
         seen[-1].load_on("base")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_documented_form_is_tried(name: str) -> None:
+    """`option=word` of an effect's page is a form, what a diagnosis tries it with, or the law that it has anyway."""
+    traits = traits_of(name)
+    page = (Path(__file__).parents[3] / "docs" / "effects" / f"{name}.md").read_text(encoding="utf-8")
+    stated = {form.partition(":")[0] for form in traits.forms} | {traits.diagnosed_with}
+    anyway = {"form=piecewise", "by=group", "side=motor"}  # groups are the plain law's parts, a motor's turns an order
+    found = set(re.findall(r"\b([a-z]+=[a-z]+)\b", page)) - {"prior=yes"}  # how calibration holds it
+    assert found <= stated | anyway
+    assert {form.partition(":")[0] for form in traits.forms} <= found
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if traits_of(name).forms])
+def test_every_form_is_another_law_of_the_same_place(name: str, arm: Robot, poses: Dataset) -> None:
+    owner = effect_owners(name, arm.core)[1]
+    plain = {"effect": name, "owner": owner}
+    forms = other_forms(plain, arm, poses)
+    assert {form.variant.partition(":")[0] for form in forms} == {f.partition(":")[0] for f in traits_of(name).forms}
+    (own,) = build_effects([plain], arm.core)
+    for form in forms:
+        assert form.key == (name, owner)
+        (effect,) = build_effects([form.entry], arm.core)
+        is_other = [p.name for p in effect.parameters] != [p.name for p in own.parameters]
+        assert is_other or form.entry.get("torque") == "payload"

@@ -34,6 +34,7 @@ ANSWERED = {
     Reason.SOMETHING_REMAINS: "an unexplained error",
     Reason.SHADOW: "an unexplained error",
     Reason.LOAD_MODIFIER: "look-alikes",
+    Reason.OTHER_FORM: "look-alikes",
     Reason.IMPLAUSIBLE: "its size is implausible",
     Reason.TURNED_DIRECTION: "its lost motion negative",
     Reason.MAY_BE_CHANCE: "may be chance",
