@@ -8,6 +8,14 @@
 namespace fastcal {
 namespace {
 
+template <typename Member>
+Member& named(std::vector<Member>& members, const std::string& name) {
+  for (Member& member : members) {
+    if (member.name == name) return member;
+  }
+  throw InvalidInput("there is no camera or board '" + name + "'");
+}
+
 std::string role_name(FieldRole role) {
   return role == FieldRole::kMeasured ? "measured" : role == FieldRole::kSigma ? "sigma" : "label";
 }
@@ -58,7 +66,33 @@ void bind_measurement(py::module_& m) {
             self.boards.push_back({{name, frame, to_pose(T_frame_board), fixed}, corners.transpose()});
           },
           py::arg("name"), py::arg("frame"), py::arg("T_frame_board"), py::arg("fixed"), py::arg("corners"),
-          "corners: (K, 3) [m] in the board's frame.");
+          "corners: (K, 3) [m] in the board's frame.")
+      .def(
+          "set_timing",
+          [](Rig& self, const std::string& camera, double delay, double line_time, double middle_line) {
+            Camera& own = named(self.cameras, camera);
+            own.delay = delay;
+            own.line_time = line_time;
+            own.middle_line = middle_line;
+          },
+          py::arg("camera"), py::arg("delay"), py::arg("line_time"), py::arg("middle_line"),
+          "delay [s] of its pictures behind the joints at v = middle_line [px], and line_time [s] from line to line.")
+      .def(
+          "set_sag",
+          [](Rig& self, const std::string& camera, const RowMatrixXd& xi) { named(self.cameras, camera).sag = xi; },
+          py::arg("camera"), py::arg("xi"), "(N, 6) twist [m, rad] of its frame by which its mount gives in each row.")
+      .def(
+          "set_motion",
+          [](Rig& self, const std::string& name, const RowMatrixXd& xi) {
+            for (const Camera& camera : self.cameras) {
+              if (camera.name == name) {
+                named(self.cameras, name).motion = xi;
+                return;
+              }
+            }
+            named(self.boards, name).motion = xi;
+          },
+          py::arg("name"), py::arg("xi"), "(N, 6) twist [m/s, rad/s] of the frame of a camera or board in each row.");
 
   m.def(
       "draw",

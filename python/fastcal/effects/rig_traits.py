@@ -7,6 +7,7 @@ from __future__ import annotations
 from fastcal.effects.traits import Traits
 
 INTRINSICS, BOARD_SCALE, BOARD_BEND = "intrinsics", "board_scale", "board_bend"
+BRACKET_SAG, TIME_OFFSET, ROLLING_SHUTTER = "bracket_sag", "time_offset", "rolling_shutter"
 
 RIG_TRAITS = {
     INTRINSICS: Traits(
@@ -16,4 +17,19 @@ RIG_TRAITS = {
         "size not as the file says (board scale)", place="anywhere", of_the_measurement=True, number="share"
     ),
     BOARD_BEND: Traits("not flat (board bend)", place="anywhere", of_the_measurement=True, number="height"),
+    BRACKET_SAG: Traits(
+        "mount gives under its own weight (bracket sag)", place="anywhere", of_the_measurement=True, number="motion"
+    ),
+    TIME_OFFSET: Traits(
+        "pictures not at the moment of the joints (time offset)",
+        place="anywhere",
+        of_the_measurement=True,
+        number="delay",
+    ),
+    ROLLING_SHUTTER: Traits(
+        "lines of a picture not at the same moment (rolling shutter)",
+        place="anywhere",
+        of_the_measurement=True,
+        number="readout",
+    ),
 }

@@ -17,6 +17,7 @@ BOARDS = ("checkerboard", "charuco", "april_grid", "circles", "points")
 LENSES = {"pinhole": 8, "fisheye": 4}  # most coefficients
 _ZERO = [0.0, 0.0, 0.0]
 _LEAST_SIZE = 16  # pixels a side, of a picture that is one
+_LATEST = 10.0  # [s] that a picture is later than its joints
 _FOCAL = (0.05, 50.0)  # of the larger side: no lens for a robot is wider or longer
 
 
@@ -102,6 +103,7 @@ def _camera(fields: Fields) -> Spec:
     if not isinstance(distortion, list) or len(distortion) > LENSES[model]:
         fields.fail("distortion", f"a list of at most {LENSES[model]} coefficients", distortion)
     return {
+        **_timing_and_sag(fields),
         "model": model,
         "size_px": [int(side) for side in size],
         "focal_px": focal,
@@ -109,6 +111,22 @@ def _camera(fields: Fields) -> Spec:
         "distortion": fields.checked_vector("distortion", distortion, len(distortion)),
         "intrinsics": fields.choice("intrinsics", ("known", "identify"), "known"),
     }
+
+
+def _timing_and_sag(fields: Fields) -> Spec:
+    """How late its pictures are, and how its mount gives under its own weight, of each unit of gravity's direction."""
+    out: Spec = {}
+    for name in ("time_offset", "readout"):
+        if (seconds := fields.optional(f"{name}_s")) is not None:
+            out[f"{name}_s"] = fields.checked_number(f"{name}_s", seconds)
+            if not abs(out[f"{name}_s"]) <= _LATEST:
+                fields.fail(f"{name}_s", f"at most {_LATEST:g} seconds", seconds)
+    for unit in ("mm", "deg"):
+        if (rows := fields.optional(f"sag_{unit}")) is not None:
+            if not isinstance(rows, list) or len(rows) != 3:
+                fields.fail(f"sag_{unit}", "three lists of three numbers", rows)
+            out[f"sag_{unit}"] = [fields.checked_vector(f"sag_{unit}[{i}]", row, 3) for i, row in enumerate(rows)]
+    return out
 
 
 def _pair(fields: Fields, key: str) -> list[Any]:
