@@ -8,12 +8,18 @@
 namespace fastcal {
 namespace {
 
-template <typename Member>
-Member& named(std::vector<Member>& members, const std::string& name) {
-  for (Member& member : members) {
-    if (member.name == name) return member;
+Camera& camera_of(Rig& rig, const std::string& name) {
+  for (Camera& camera : rig.cameras) {
+    if (camera.name == name) return camera;
   }
-  throw InvalidInput("there is no camera or board '" + name + "'");
+  throw InvalidInput("there is no camera '" + name + "'");
+}
+
+Standing& standing(Rig& rig, const std::string& name) {
+  for (Board& board : rig.boards) {
+    if (board.name == name) return board;
+  }
+  return camera_of(rig, name);
 }
 
 std::string role_name(FieldRole role) {
@@ -70,7 +76,7 @@ void bind_measurement(py::module_& m) {
       .def(
           "set_timing",
           [](Rig& self, const std::string& camera, double delay, double line_time, double middle_line) {
-            Camera& own = named(self.cameras, camera);
+            Camera& own = camera_of(self, camera);
             own.delay = delay;
             own.line_time = line_time;
             own.middle_line = middle_line;
@@ -78,21 +84,14 @@ void bind_measurement(py::module_& m) {
           py::arg("camera"), py::arg("delay"), py::arg("line_time"), py::arg("middle_line"),
           "delay [s] of its pictures behind the joints at v = middle_line [px], and line_time [s] from line to line.")
       .def(
-          "set_sag",
-          [](Rig& self, const std::string& camera, const RowMatrixXd& xi) { named(self.cameras, camera).sag = xi; },
-          py::arg("camera"), py::arg("xi"), "(N, 6) twist [m, rad] of its frame by which its mount gives in each row.")
-      .def(
           "set_motion",
-          [](Rig& self, const std::string& name, const RowMatrixXd& xi) {
-            for (const Camera& camera : self.cameras) {
-              if (camera.name == name) {
-                named(self.cameras, name).motion = xi;
-                return;
-              }
-            }
-            named(self.boards, name).motion = xi;
-          },
-          py::arg("name"), py::arg("xi"), "(N, 6) twist [m/s, rad/s] of the frame of a camera or board in each row.");
+          [](Rig& self, const std::string& name, const RowMatrixXd& xi) { standing(self, name).motion = xi; },
+          py::arg("name"), py::arg("xi"), "(N, 6) twist [m/s, rad/s] of the frame of a camera or board in each row.")
+      .def(
+          "set_shift",
+          [](Rig& self, const std::string& name, const RowMatrixXd& xi) { standing(self, name).shift = xi; },
+          py::arg("name"), py::arg("xi"),
+          "(N, 6) twist [m, rad] by which a camera or board is out of place in each row, in the axes of its frame.");
 
   m.def(
       "draw",

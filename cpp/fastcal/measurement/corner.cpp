@@ -80,9 +80,9 @@ class Corner : public Observation {
     const Board& board = rig_.boards[b];
     const Own &eye = owns_[c], &seen = owns_[rig_.cameras.size() + b];
     const Pose read_camera = frame_of(eye, sights), read_board = frame_of(seen, sights);
-    const double v = uv_(row, at + 1);
-    const Pose camera_frame = camera.frame_at(read_camera, row, v);
-    const Pose board_frame = later(read_board, board.motion, row, camera.seconds(v));
+    const double seconds = camera.seconds(uv_(row, at + 1));
+    const Pose camera_frame = camera.frame_at(read_camera, row, seconds);
+    const Pose board_frame = board.frame_at(read_board, row, seconds);
     const Eigen::Vector3d corner = board.corners.col(k);
 
     Eigen::Vector3d camera_turn, camera_shift, board_turn, board_shift;
@@ -279,9 +279,9 @@ class Corner : public Observation {
       const std::optional<Pose> board = pose_from_points(corners(Eigen::all, there), directions);
       if (!board) continue;
       const Sights& at = sights[static_cast<std::size_t>(i)];
-      const Pose camera_frame = camera.frame_at(frame_of(owns_[c], at), i, v);
-      const Pose board_frame =
-          later(frame_of(owns_[rig_.cameras.size() + b], at), rig_.boards[b].motion, i, camera.seconds(v));
+      const double seconds = camera.seconds(v);
+      const Pose camera_frame = camera.frame_at(frame_of(owns_[c], at), i, seconds);
+      const Pose board_frame = rig_.boards[b].frame_at(frame_of(owns_[rig_.cameras.size() + b], at), i, seconds);
       out.push_back({board_frame.inverse() * camera_frame, *board});
     }
     return out;
@@ -305,9 +305,12 @@ void check_rows(const Rig& rig, Eigen::Index rows) {
   };
   for (const Camera& camera : rig.cameras) {
     check("camera " + camera.name, "motion", camera.motion);
-    check("camera " + camera.name, "sag", camera.sag);
+    check("camera " + camera.name, "shift", camera.shift);
   }
-  for (const Board& board : rig.boards) check("board " + board.name, "motion", board.motion);
+  for (const Board& board : rig.boards) {
+    check("board " + board.name, "motion", board.motion);
+    check("board " + board.name, "shift", board.shift);
+  }
 }
 
 }  // namespace

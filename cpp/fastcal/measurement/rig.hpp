@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Cameras and boards of a cell: what each is fixed to, where it is there, and what of that is to be identified; how its
-// frame moves while pictures are taken, and how a camera's mount gives:
-//   T_world_camera(v) = T_world_frame exp(t motion) exp(sag) T_frame_camera,  t = delay + line_time (v - middle_line)
+// frame moves while pictures are taken, and how it is out of place in a row, as by a mount that gives:
+//   T_world_own = T_world_frame exp(t motion) exp(shift) T_frame_own,  t = delay + line_time (v - middle_line)
 #pragma once
 
 #include <string>
@@ -23,13 +23,16 @@ struct Standing {
   Pose T_frame_own;
   bool fixed = false;    ///< known; else its six numbers are identified
   RowMatrixXd motion{};  ///< (N, 6) twist [v; w] of its frame in each row, axes of the frame, a second; empty: at rest
-};
+  RowMatrixXd shift{};   ///< (N, 6) twist by which it is out of place in each row, axes of the frame; empty: none
 
-/// A frame of the chain `seconds` after the joints were read: T exp(seconds motion).
-inline Pose later(const Pose& T_world_frame, const RowMatrixXd& motion, Eigen::Index row, double seconds) {
-  if (motion.size() == 0 || seconds == 0) return T_world_frame;
-  return T_world_frame * exp_se3(seconds * Vector6d(motion.row(row)));
-}
+  /// Its frame in row i, `seconds` after the joints were read.
+  Pose frame_at(const Pose& T_world_frame, Eigen::Index i, double seconds) const {
+    Pose out = T_world_frame;
+    if (motion.size() > 0 && seconds != 0) out = out * exp_se3(seconds * Vector6d(motion.row(i)));
+    if (shift.size() > 0) out = out * exp_se3(Vector6d(shift.row(i)));
+    return out;
+  }
+};
 
 struct Camera : Standing {
   LensModel lens = LensModel::kPinhole;
@@ -38,15 +41,8 @@ struct Camera : Standing {
   double delay = 0;               ///< [s] by which its pictures are later than the joints
   double line_time = 0;           ///< [s] by which a line of pixels is later than the one above it
   double middle_line = 0;         ///< v [px] of the line that is `delay` late
-  RowMatrixXd sag{};  ///< (N, 6) small twist of the frame in each row, by which its mount gives; empty: none
 
   double seconds(double v) const { return delay + line_time * (v - middle_line); }
-
-  /// Its frame when it took line v of row i, its mount as it is bent.
-  Pose frame_at(const Pose& T_world_frame, Eigen::Index i, double v) const {
-    const Pose moved = later(T_world_frame, motion, i, seconds(v));
-    return sag.size() == 0 ? moved : moved * exp_se3(Vector6d(sag.row(i)));
-  }
 };
 
 struct Board : Standing {

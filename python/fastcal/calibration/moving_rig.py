@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Cameras that are not where the joints say: pictures taken later, line by line, or from a mount that gives.
+"""Cameras and boards that are not where the joints say: late pictures, a mount that gives, something that was knocked.
 
 With the joints' speeds dq/dt the frame F that a camera or board stands on moves by the body twist
 
     V = log(T_F(q - h dq/dt)^-1 T_F(q + h dq/dt)) / (2 h),
 
-and its mount, which its own weight bends, by S g, g being the unit vector of gravity in the axes of F.
+and its mount, which its own weight bends, by S g, g being the unit vector of gravity in the axes of F. What was knocked
+stood elsewhere in the rows before.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from fastcal.units import to_si
 FloatArray = NDArray[np.float64]
 
 _STEP = 1e-3  # h [s]
+_NEAR = 0.2  # [s] between rows of one motion
 
 
 def rig_of(robot: Robot, data: Dataset) -> _core.Rig:
@@ -33,9 +35,9 @@ def rig_of(robot: Robot, data: Dataset) -> _core.Rig:
     if not has_rig(robot.spec):
         return rig
     cameras = robot.spec["cameras"]
-    for name, camera in cameras.items():
-        if "sag_deg" in camera:
-            rig.set_sag(name, gravity_in(robot, data, camera["on"]) @ sag_matrix(camera).T)
+    for name, of in [*cameras.items(), *robot.spec["boards"].items()]:
+        if (shift := _shift(robot, data, of)) is not None:
+            rig.set_shift(name, shift)
     late = {name for name, camera in cameras.items() if "time_offset_s" in camera or "readout_s" in camera}
     if not late or data.speed is None:
         return rig
@@ -49,6 +51,18 @@ def rig_of(robot: Robot, data: Dataset) -> _core.Rig:
         if (twist := twists[of["on"]]) is not None:
             rig.set_motion(name, twist)
     return rig
+
+
+def _shift(robot: Robot, data: Dataset, of: dict[str, Any]) -> FloatArray | None:
+    """(N, 6) twist [m, rad] by which a camera or board is out of place in each row."""
+    out = np.zeros((len(data), 6))
+    if "sag_deg" in of:
+        out += gravity_in(robot, data, of["on"]) @ sag_matrix(of).T
+    if "knocked" in of and data.row is not None:
+        step = of["knocked"]
+        before = (data.row >= 0) & (data.row < step["at_row"])
+        out[before] += np.concatenate([to_si(np.array(step[f"before_{unit}"]), unit) for unit in ("mm", "deg")])
+    return out if out.any() else None
 
 
 def _standing(spec: dict[str, Any]) -> list[dict[str, Any]]:
@@ -65,6 +79,21 @@ def frame_speeds(robot: Robot, data: Dataset, on: str) -> FloatArray | None:
     turn = np.array([_core.log_so3(T[:3, :3]) for T in moved])
     shift = moved[:, :3, 3] - np.cross(turn, moved[:, :3, 3]) / 2  # of the twist, up to the square of the turn
     return np.hstack([shift, turn]) / (2 * _STEP)
+
+
+def speeds_of_times(q: FloatArray, time: FloatArray) -> FloatArray | None:
+    """(N, n) speeds of joints by the rows before and after, where both are near in time; None where no arm moves so.
+
+    Args:
+        q: (N, n) joint positions, in the order of measuring.
+        time: (N,) [s].
+    """
+    step = np.diff(time)
+    near = (step > 0) & (step <= _NEAR)
+    inner = np.flatnonzero(near[:-1] & near[1:]) + 1
+    out = np.zeros_like(q)
+    out[inner] = (q[inner + 1] - q[inner - 1]) / (time[inner + 1] - time[inner - 1])[:, np.newaxis]
+    return out if out.any() else None
 
 
 def gravity_in(robot: Robot, data: Dataset, on: str) -> FloatArray:

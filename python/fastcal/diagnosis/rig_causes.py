@@ -32,6 +32,7 @@ from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.result import Finding, NamedValue
 from fastcal.diagnosis.rig_library import RigCause, rig_causes
 from fastcal.diagnosis.rig_likelihood import Block, Corners, Likelihood
+from fastcal.diagnosis.rig_steps import joint_steps, placement_steps
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.rig import has_rig
 from fastcal.robot.robot import Robot
@@ -40,6 +41,7 @@ FloatArray = NDArray[np.float64]
 
 _ROUNDS = 4  # of setting a cause's numbers and fitting again
 _SETTLED = 0.05  # standard deviations
+_MOST_SHOWN, _NOT_NIL = 9, 3.0  # numbers of a cause, and standard deviations from which on one of more is shown
 
 
 def found_rig_causes(
@@ -61,30 +63,45 @@ def found_rig_causes(
         return robot, findings
     seen = data.select(np.isfinite(data.observed[CORNERS]).any(axis=1))
     causes = [c for c in rig_causes(robot, seen) if not {c.effect, c.label} & set(excluded)]
-    while causes:
-        found = _leading(robot, seen, causes, names, threads)
+    while True:
+        found = _leading(robot, seen, causes, names, excluded, threads)
         if found is None:
             break
         cause, robot, finding = found
         findings.append(finding)
-        causes = [c for c in causes if c is not cause and (c.effect, c.owner) != (cause.holds, cause.owner)]
+        causes = [c for c in causes if c is not cause and not _holds(cause, c)]
     return robot, findings
 
 
 def _leading(
-    robot: Robot, data: Dataset, causes: Sequence[RigCause], names: Sequence[Hypothesis], threads: int
+    robot: Robot,
+    data: Dataset,
+    causes: Sequence[RigCause],
+    names: Sequence[Hypothesis],
+    excluded: Collection[str],
+    threads: int,
 ) -> tuple[RigCause, Robot, Finding] | None:
     """The cause that leads all others, the robot with it, and the finding; None where none does."""
     corners = Corners(robot, data, causes, threads)
-    blocks = [corners.blocks[cause] for cause in causes]
-    likelihood = Likelihood(corners, blocks)
+    steady = Likelihood(corners, list(corners.blocks.values()))
+    steps = placement_steps(corners, robot, data, steady, steady.best([]), threads)
+    offered = corners.blocks | {c: block for c, block in steps.items() if not {c.effect, c.label} & set(excluded)}
+    if not offered:
+        return None
+    causes, blocks = list(offered), list(offered.values())
+    likelihood = Likelihood(corners, blocks, sigma=steady.sigma)
     without = likelihood.best([]).cost
-    size = np.array([len(cause.names) for cause in causes])
     gain = np.array([without - likelihood.best([i]).cost for i in range(len(causes))])
     first, near = leading(causes, gain)
-    tried = len(causes) + len(names)
-    p = chance(gain[first], len(causes[first].names), tried)
-    if p > rules.ALPHA_RIG or _arm_does_as_well(corners, names, gain[first] - size[first], without, likelihood.sigma):
+    cause = causes[first]
+    tried = len(names) + sum(other.looked for other in causes)
+    p = chance(gain[first], len(cause.names), tried)
+    if p > rules.ALPHA_RIG:
+        return None
+    of_the_arm = [block for name in names if (block := corners.effect(name)) is not None]
+    of_the_arm += joint_steps(corners, data, cause) if cause.at else []
+    least = gain[first] - cause.by_chance - rules.RIG_LEAD
+    if any(_above_chance(corners, block, without, likelihood.sigma) > least for block in of_the_arm):
         return None
     share, error, stability = _held_out(corners, blocks, first, likelihood.sigma)
     if share <= 0:
@@ -93,17 +110,16 @@ def _leading(
     free = likelihood.unheld()
     alone = free.best([]).cost - free.best([first]).cost
     limits = []
-    if equivalents or chance(alone, len(causes[first].names), tried) > rules.ALPHA_RIG:
+    if equivalents or chance(alone, len(cause.names), tried) > rules.ALPHA_RIG:
         limits.append(Because(Reason.EQUIVALENTS))
     if share < rules.GRADE_A_GAIN * error:
         limits.append(Because(Reason.NOT_HELD_OUT))
-    cause = causes[first]
     mended, values, std = _mended(robot, data, cause, threads)
     finding = Finding(
         cause.effect,
         cause.owner,
         "B" if limits else "A",
-        {name: NamedValue(*of) for name, *of in zip(cause.names, values.tolist(), std.tolist(), strict=True)},
+        _shown(cause, values, std),
         float(np.sqrt(gain[first])),
         p,
         equivalents,
@@ -114,12 +130,22 @@ def _leading(
     return cause, mended, finding
 
 
+def _shown(cause: RigCause, values: FloatArray, std: FloatArray) -> dict[str, NamedValue]:
+    """The numbers of a cause; of many, those that are not 0: the model has them all."""
+    named = {name: NamedValue(*of) for name, *of in zip(cause.names, values.tolist(), std.tolist(), strict=True)}
+    if cause.at:
+        return {name: NamedValue(value, None) for name, value in cause.at} | named
+    if len(named) <= _MOST_SHOWN:
+        return named
+    return {name: of for name, of in named.items() if abs(of.value) > _NOT_NIL * (of.std or 0.0)} or named
+
+
 def leading(causes: Sequence[RigCause], gain: FloatArray) -> tuple[int, list[int]]:
     """The cause that gains most above what its numbers gain by chance, and those that gain about as much.
 
     One that holds another as a special case comes first only where its further numbers lead too, and is no rival of it.
     """
-    above = gain - np.array([len(cause.names) for cause in causes])
+    above = gain - np.array([cause.by_chance for cause in causes])
     first = int(np.argmax(above))
     for i, cause in enumerate(causes):
         if _holds(causes[first], cause) and above[first] - above[i] < rules.RIG_LEAD:
@@ -142,18 +168,9 @@ def chance(gain: float, numbers: int, tried: int) -> float:
     return min(1.0, float(stats.chi2.sf(max(gain, 0.0), numbers)) * tried)
 
 
-def _arm_does_as_well(
-    corners: Corners, names: Sequence[Hypothesis], least: float, without: float, sigma: float
-) -> bool:
-    """Does an effect of the arm gain about as much, above chance?"""
-    for name in names:
-        block = corners.effect(name)
-        if block is None:
-            continue
-        gain = without - Likelihood(corners, [block], sigma=sigma).best([0]).cost
-        if gain - block.columns.shape[1] > least - rules.RIG_LEAD:
-            return True
-    return False
+def _above_chance(corners: Corners, block: Block, without: float, sigma: float) -> float:
+    """What one more block gains, less what its columns gain by chance."""
+    return without - Likelihood(corners, [block], sigma=sigma).best([0]).cost - block.columns.shape[1]
 
 
 def _held_out(corners: Corners, blocks: Sequence[Block], first: int, sigma: float) -> tuple[float, float, float]:

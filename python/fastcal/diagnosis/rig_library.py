@@ -15,6 +15,7 @@ from fastcal.effects.rig_traits import (
     BOARD_SCALE,
     BRACKET_SAG,
     INTRINSICS,
+    PLACEMENT_STEP,
     ROLLING_SHUTTER,
     TIME_OFFSET,
 )
@@ -29,7 +30,9 @@ SAG += tuple(f"r{axis}_deg_by_g{of}" for axis in "xyz" for of in "xyz")
 _LENS = ("fx_px", "fy_px", "cx_px", "cy_px")
 _LENS_STEP, _DISTORTION_STEP = 1e-2, 1e-5
 _SAG_SIZES = (0.5,) * 9 + (0.2,) * 9  # [mm, deg] of a mount that is still one
-_SECONDS_STEP, _SAG_STEP = 1e-4, 1e-3
+_STEP_NUMBERS = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+_STEP_SIZES = (10.0,) * 3 + (2.0,) * 3  # [mm, deg] of a knock that nobody saw
+_SECONDS_STEP, _SAG_STEP, _STEP_STEP = 1e-4, 1e-3, 1e-3
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class RigCause:
         steps: By which derivatives are taken.
         change: Adds (p,) numbers to a spec's own copy.
         sizes: (p,) plausible ones, by which they are held; empty: nothing is known of them.
+        at: Numbers that were looked for over all that they may be, by their names: the row of a knock.
+        looked: At so many values of them.
         holds: The cause, of the same owner, that it is with its last numbers at 0; empty: none.
     """
 
@@ -51,6 +56,13 @@ class RigCause:
     change: Callable[[Spec, FloatArray], None]
     holds: str = ""
     sizes: tuple[float, ...] = ()
+    at: tuple[tuple[str, float], ...] = ()
+    looked: int = 1
+
+    @property
+    def by_chance(self) -> float:
+        """What it gains where nothing is wrong."""
+        return len(self.names) + 2 * float(np.log(self.looked))
 
     @property
     def prior(self) -> FloatArray:
@@ -93,6 +105,19 @@ def rig_causes(robot: Robot, data: Dataset) -> list[RigCause]:
         out.append(RigCause(BOARD_SCALE, name, ("scale",), (1e-5,), _scale_change(name)))
         out.append(RigCause(BOARD_BEND, name, BEND, (1e-3,) * 3, _bend_change(name)))
     return out
+
+
+def placement_step(name: str, kind: str, at_row: int, looked: int) -> RigCause:
+    """That a camera or board (`kind` cameras or boards) was knocked before a row of the data."""
+
+    def change(spec: Spec, values: FloatArray) -> None:
+        of = spec[kind][name]
+        known = of.get("knocked", {"before_mm": [0.0] * 3, "before_deg": [0.0] * 3})
+        before = np.concatenate([known["before_mm"], known["before_deg"]]) - values
+        of["knocked"] = {"at_row": at_row, "before_mm": before[:3].tolist(), "before_deg": before[3:].tolist()}
+
+    at = (("at_row", float(at_row)),)
+    return RigCause(PLACEMENT_STEP, name, _STEP_NUMBERS, (_STEP_STEP,) * 6, change, "", _STEP_SIZES, at, looked)
 
 
 def _lens_change(name: str) -> Callable[[Spec, FloatArray], None]:

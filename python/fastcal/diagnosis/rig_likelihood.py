@@ -62,14 +62,15 @@ class Corners:
         ]
         self.prior = size[free]
         self.away = np.where(np.isfinite(size), self.theta - np.concatenate([nominal, unknowns]), 0.0)[free]
-        self.blocks = {cause: self._block(robot, data, cause, threads) for cause in causes}
+        self.blocks = {cause: self.block(robot, data, cause, threads) for cause in causes}
 
     def _drawn(self, robot: Robot, data: Dataset, threads: int) -> FloatArray:
         measured = measurements(data, robot)
         r = _core.residuals(self.start.model, self.start.samples, measured, self.theta, threads)
         return np.asarray(np.asarray(r)[self.row, self.number])
 
-    def _block(self, robot: Robot, data: Dataset, cause: RigCause, threads: int) -> Block:
+    def block(self, robot: Robot, data: Dataset, cause: RigCause, threads: int) -> Block:
+        """The columns of a cause, by differences."""
         out = np.empty((len(self.r), len(cause.names)))
         for k, step in enumerate(cause.steps):
             there = [
@@ -119,6 +120,7 @@ class Likelihood:
         self.Z, self.s, self.N = np.concatenate(turned), np.concatenate(sizes), X.T @ X
         self.weight = 1 / np.concatenate([corners.prior, *(block.prior for block in blocks)]) ** 2
         self.away = np.concatenate([corners.away, *(block.away for block in blocks)])
+        self.last: tuple[float, FloatArray] | None = None
         self.sigma = 1.0 if sigma is None else sigma
         if sigma is None:  # what joints can't do is noise of pixels
             inside = self.N - self.Z.T @ self.Z
@@ -147,15 +149,21 @@ class Likelihood:
         return float(N[-1, -1] / self.sigma**2 + weight @ away**2 + b @ d), d, inverse
 
     def _at(self, k: float) -> FloatArray:
+        if self.last is not None and self.last[0] == k:
+            return self.last[1]
         w = k**2 * self.s**2 / (1 + k**2 * self.s**2)
-        return np.asarray(self.N - (self.Z.T * w) @ self.Z)
+        self.last = (k, np.asarray(self.N - (self.Z.T * w) @ self.Z))
+        return self.last[1]
+
+    def cost(self, blocks: Sequence[int], k: float) -> float:
+        """-2 l with some of the blocks at a k."""
+        return float(np.sum(np.log1p(k**2 * self.s**2))) + self._left(self._at(k), blocks)[0]
 
     def best(self, blocks: Sequence[int]) -> Best:
         """The fit with some of the blocks, at the best k."""
 
         def cost(log_k: float) -> float:
-            k = float(np.exp(log_k))
-            return float(np.sum(np.log1p(k**2 * self.s**2))) + self._left(self._at(k), blocks)[0]
+            return self.cost(blocks, float(np.exp(log_k)))
 
         found = optimize.minimize_scalar(cost, bounds=tuple(np.log(_K)), method="bounded", options={"xatol": 0.02})
         k = float(np.exp(found.x))

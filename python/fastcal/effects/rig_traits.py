@@ -8,6 +8,7 @@ from fastcal.effects.traits import Traits
 
 INTRINSICS, BOARD_SCALE, BOARD_BEND = "intrinsics", "board_scale", "board_bend"
 BRACKET_SAG, TIME_OFFSET, ROLLING_SHUTTER = "bracket_sag", "time_offset", "rolling_shutter"
+PLACEMENT_STEP = "placement_step"
 
 RIG_TRAITS = {
     INTRINSICS: Traits(
@@ -31,5 +32,8 @@ RIG_TRAITS = {
         place="anywhere",
         of_the_measurement=True,
         number="readout",
+    ),
+    PLACEMENT_STEP: Traits(
+        "knocked between two rows (placement step)", place="anywhere", of_the_measurement=True, number="motion"
     ),
 }

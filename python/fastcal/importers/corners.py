@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fastcal.calibration.moving_rig import speeds_of_times
 from fastcal.calibration.pictures import SECOND
 from fastcal.errors import ParseError
 from fastcal.importers.loading import load_measurements, load_or_open
@@ -123,7 +124,10 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
         given = np.full((len(data), width), np.nan)
         given[row, at] = sigma
         observed["sigma_corner"] = given
-    return replace(data, observed=observed, notes=notes)
+    speed = data.speed
+    if speed is None and data.time is not None:
+        speed = speeds_of_times(data.q, data.time)
+    return replace(data, observed=observed, notes=notes, speed=speed)
 
 
 def _second_pictures(which: IntArray, at: IntArray) -> IntArray:

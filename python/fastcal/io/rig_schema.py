@@ -17,6 +17,7 @@ BOARDS = ("checkerboard", "charuco", "april_grid", "circles", "points")
 LENSES = {"pinhole": 8, "fisheye": 4}  # most coefficients
 _ZERO = [0.0, 0.0, 0.0]
 _LEAST_SIZE = 16  # pixels a side, of a picture that is one
+_MOST_ROWS = 10**9
 _LATEST = 10.0  # [s] that a picture is later than its joints
 _FOCAL = (0.05, 50.0)  # of the larger side: no lens for a robot is wider or longer
 
@@ -70,8 +71,19 @@ def _placement(fields: Fields, joint_count: int, arm: str) -> Spec:
             out[f"{name}_{unit}"] = fields.checked_number(f"{name}_{unit}", sigma)
             if not out[f"{name}_{unit}"] > 0:
                 fields.fail(f"{name}_{unit}", "a standard deviation above 0", sigma)
+    if fields.has("knocked"):
+        out["knocked"] = _knocked(Fields(fields.take("knocked"), f"{fields.where}.knocked", fields.path))
     if (std := fields.optional("identified")) is not None:
         out["identified"] = Fields(std, f"{fields.where}.identified", fields.path).rest()
+    return out
+
+
+def _knocked(fields: Fields) -> Spec:
+    """Where it stood before a row of the data that it was found in, from where it stands since."""
+    out: Spec = {"at_row": fields.count("at_row", 0, _MOST_ROWS)}
+    for unit in ("mm", "deg"):
+        out[f"before_{unit}"] = fields.vector(f"before_{unit}", 3)
+    fields.done()
     return out
 
 

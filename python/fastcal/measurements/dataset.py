@@ -234,8 +234,8 @@ class Dataset(Shown):
         """Several data sets of one arm as one, in the order given.
 
         What some of them did not measure is empty in their rows. A condition that only some of them know (temperature,
-        time, wrench, current, speed) can't be: it is left out, and a note says so. Where a set has no stations or no mounts,
-        `labels` names it; without `labels` it is named by its source, if another set has them.
+        time, wrench, current, speed) can't be: it is left out, and a note says so. Where a set has no stations or no
+        mounts, `labels` names it; without `labels` it is named by its source, if another set has them.
 
         Args:
             sets: At least one; all with the same number of joints.
