@@ -34,8 +34,9 @@ def rig_of(robot: Robot, data: Dataset) -> _core.Rig:
     rig = core_rig(robot.spec)
     if not has_rig(robot.spec):
         return rig
-    cameras = robot.spec["cameras"]
-    for name, of in [*cameras.items(), *robot.spec["boards"].items()]:
+    cameras = robot.description.cameras
+    standing = cameras | robot.description.boards
+    for name, of in standing.items():
         if (shift := _shift(robot, data, of)) is not None:
             rig.set_shift(name, shift)
     late = {name for name, camera in cameras.items() if "time_offset_s" in camera or "readout_s" in camera}
@@ -46,8 +47,8 @@ def rig_of(robot: Robot, data: Dataset) -> _core.Rig:
         height = camera["size_px"][1]
         line = camera.get("readout_s", 0.0) / height
         rig.set_timing(name, camera.get("time_offset_s", 0.0), line, (height - 1) / 2)
-    twists = {on: frame_speeds(robot, data, on) for on in {of["on"] for of in _standing(robot.spec)}}
-    for name, of in [*cameras.items(), *robot.spec["boards"].items()]:
+    twists = {on: frame_speeds(robot, data, on) for on in {of["on"] for of in standing.values()}}
+    for name, of in standing.items():
         if (twist := twists[of["on"]]) is not None:
             rig.set_motion(name, twist)
     return rig
@@ -63,10 +64,6 @@ def _shift(robot: Robot, data: Dataset, of: dict[str, Any]) -> FloatArray | None
         before = (data.row >= 0) & (data.row < step["at_row"])
         out[before] += np.concatenate([to_si(np.array(step[f"before_{unit}"]), unit) for unit in ("mm", "deg")])
     return out if out.any() else None
-
-
-def _standing(spec: dict[str, Any]) -> list[dict[str, Any]]:
-    return [*spec["cameras"].values(), *spec["boards"].values()]
 
 
 def frame_speeds(robot: Robot, data: Dataset, on: str) -> FloatArray | None:
@@ -98,9 +95,9 @@ def speeds_of_times(q: FloatArray, time: FloatArray) -> FloatArray | None:
 
 def gravity_in(robot: Robot, data: Dataset, on: str) -> FloatArray:
     """(N, 3) unit vectors of gravity in the axes of the frame that a camera stands on."""
-    g = np.asarray(robot.spec["gravity_m_s2"], dtype=np.float64)
+    g = np.asarray(robot.description.gravity_m_s2, dtype=np.float64)
     R = _frames(robot, data.q, on)[:, :3, :3]
-    if robot.spec["gravity_frame"] != "measuring":
+    if robot.description.gravity_frame != "measuring":
         g = _frames(robot, data.q[:1], "arm.base")[0, :3, :3] @ g
     return np.asarray(np.einsum("nij,i->nj", R, g / np.linalg.norm(g)))
 

@@ -85,7 +85,7 @@ def rig_causes(robot: Robot, data: Dataset) -> list[RigCause]:
     """What may be wrong with the cameras and boards of a cell, as far as the data could show it."""
     out = []
     moving = data.speed is not None and bool(np.any(data.speed))
-    for name, camera in robot.spec["cameras"].items():
+    for name, camera in robot.description.cameras.items():
         if camera["intrinsics"] != "identify":
             coefficients = len(camera["distortion"])
             names = (*_LENS, *(f"distortion{k}" for k in range(1, coefficients + 1)))
@@ -99,7 +99,7 @@ def rig_causes(robot: Robot, data: Dataset) -> list[RigCause]:
             lines = ("time_offset_s", "readout_s")
             steps = (_SECONDS_STEP,) * 2
             out.append(RigCause(ROLLING_SHUTTER, name, lines, steps, _timing_change(name, lines), TIME_OFFSET))
-    for name, board in robot.spec["boards"].items():
+    for name, board in robot.description.boards.items():
         if board["kind"] == "points":
             continue
         out.append(RigCause(BOARD_SCALE, name, ("scale",), (1e-5,), _scale_change(name)))

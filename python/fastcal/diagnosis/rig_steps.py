@@ -36,8 +36,9 @@ def placement_steps(
     moments = np.sort(np.unique(data.row))[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP + 1]
     if len(moments) == 0:
         return out
-    for kind in ("cameras", "boards"):
-        for name, of in robot.spec[kind].items():
+    rig = robot.description
+    for kind, standing in (("cameras", rig.cameras), ("boards", rig.boards)):
+        for name, of in standing.items():
             if of.get("fixed") or "knocked" in of:
                 continue
             whole = corners.block(robot, data, placement_step(name, kind, _ALL, len(moments)), threads)
