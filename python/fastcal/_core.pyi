@@ -251,9 +251,9 @@ class Rig:
         """
         (N, 6) twist [m/s, rad/s] of the frame of a camera or board in each row.
         """
-    def set_sag(self, camera: str, xi: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
+    def set_shift(self, name: str, xi: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
         """
-        (N, 6) twist [m, rad] of its frame by which its mount gives in each row.
+        (N, 6) twist [m, rad] by which a camera or board is out of place in each row, in the axes of its frame.
         """
     def set_timing(self, camera: str, delay: typing.SupportsFloat | typing.SupportsIndex, line_time: typing.SupportsFloat | typing.SupportsIndex, middle_line: typing.SupportsFloat | typing.SupportsIndex) -> None:
         """

@@ -124,10 +124,13 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
         given = np.full((len(data), width), np.nan)
         given[row, at] = sigma
         observed["sigma_corner"] = given
-    speed = data.speed
-    if speed is None and data.time is not None:
-        speed = speeds_of_times(data.q, data.time)
-    return replace(data, observed=observed, notes=notes, speed=speed)
+    return replace(data, observed=observed, notes=notes, speed=_speeds(data))
+
+
+def _speeds(data: Dataset) -> FloatArray | None:
+    if data.speed is not None or data.time is None:
+        return data.speed
+    return speeds_of_times(data.q, data.time)
 
 
 def _second_pictures(which: IntArray, at: IntArray) -> IntArray:

@@ -80,9 +80,8 @@ def write(
     q = camera.postures(count, seed)
     speed = random.uniform(-fast_deg_s, fast_deg_s, q.shape)
     true = q + joint_noise_deg * random.standard_normal(q.shape)
-    uv = np.array(
-        [picture(a, b, **(fault if not at_row or i < at_row else {})) for i, (a, b) in enumerate(zip(true, speed, strict=True))]
-    )
+    wrong = [fault if not at_row or i < at_row else {} for i in range(count)]
+    uv = np.array([picture(a, b, **own) for a, b, own in zip(true, speed, wrong, strict=True)])
     camera.write_corners(folder, uv + noise_px * random.standard_normal(uv.shape))
     names = [f"arm.q{k}_deg" for k in range(1, 7)] + [f"arm.qd{k}_deg_s" for k in range(1, 7)]
     rows = [",".join(f"{v:.9f}" for v in row) for row in np.hstack([q, speed])]
