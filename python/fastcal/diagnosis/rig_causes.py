@@ -170,7 +170,8 @@ def chance(gain: float, numbers: int, tried: int) -> float:
 
 def _above_chance(corners: Corners, block: Block, without: float, sigma: float) -> float:
     """What one more block gains, less what its columns gain by chance."""
-    return without - Likelihood(corners, [block], sigma=sigma).best([0]).cost - block.columns.shape[1]
+    with_it = Likelihood(corners, [block], sigma=sigma).best([0])
+    return float(without - with_it.cost - block.columns.shape[1])
 
 
 def _held_out(corners: Corners, blocks: Sequence[Block], first: int, sigma: float) -> tuple[float, float, float]:
