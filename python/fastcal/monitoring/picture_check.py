@@ -130,7 +130,7 @@ def _explained(
     blocks |= {f"joint{joint + 1}": G[:, joint : joint + 1] for joint in range(G.shape[1])}
     found: list[tuple[float, Moved]] = []
     for owner, columns in blocks.items():
-        x, *_ = np.linalg.lstsq(columns, -r, rcond=1e-10)
+        x = np.asarray(np.linalg.lstsq(columns, -r, rcond=1e-10)[0], dtype=np.float64)
         left = r + columns @ x
         cost = scale * float(left @ left) + columns.shape[1] * np.log(NUMBERS * pictures)
         found.append((cost, _moved(model, owner, x)))
