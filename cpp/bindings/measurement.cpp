@@ -8,6 +8,20 @@
 namespace fastcal {
 namespace {
 
+Camera& camera_of(Rig& rig, const std::string& name) {
+  for (Camera& camera : rig.cameras) {
+    if (camera.name == name) return camera;
+  }
+  throw InvalidInput("there is no camera '" + name + "'");
+}
+
+Standing& standing(Rig& rig, const std::string& name) {
+  for (Board& board : rig.boards) {
+    if (board.name == name) return board;
+  }
+  return camera_of(rig, name);
+}
+
 std::string role_name(FieldRole role) {
   return role == FieldRole::kMeasured ? "measured" : role == FieldRole::kSigma ? "sigma" : "label";
 }
@@ -58,7 +72,26 @@ void bind_measurement(py::module_& m) {
             self.boards.push_back({{name, frame, to_pose(T_frame_board), fixed}, corners.transpose()});
           },
           py::arg("name"), py::arg("frame"), py::arg("T_frame_board"), py::arg("fixed"), py::arg("corners"),
-          "corners: (K, 3) [m] in the board's frame.");
+          "corners: (K, 3) [m] in the board's frame.")
+      .def(
+          "set_timing",
+          [](Rig& self, const std::string& camera, double delay, double line_time, double middle_line) {
+            Camera& own = camera_of(self, camera);
+            own.delay = delay;
+            own.line_time = line_time;
+            own.middle_line = middle_line;
+          },
+          py::arg("camera"), py::arg("delay"), py::arg("line_time"), py::arg("middle_line"),
+          "delay [s] of its pictures behind the joints at v = middle_line [px], and line_time [s] from line to line.")
+      .def(
+          "set_motion",
+          [](Rig& self, const std::string& name, const RowMatrixXd& xi) { standing(self, name).motion = xi; },
+          py::arg("name"), py::arg("xi"), "(N, 6) twist [m/s, rad/s] of the frame of a camera or board in each row.")
+      .def(
+          "set_shift",
+          [](Rig& self, const std::string& name, const RowMatrixXd& xi) { standing(self, name).shift = xi; },
+          py::arg("name"), py::arg("xi"),
+          "(N, 6) twist [m, rad] by which a camera or board is out of place in each row, in the axes of its frame.");
 
   m.def(
       "draw",

@@ -278,6 +278,18 @@ class Rig:
         """
         `frame` of the chain, -1: the measuring frame.
         """
+    def set_motion(self, name: str, xi: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
+        """
+        (N, 6) twist [m/s, rad/s] of the frame of a camera or board in each row.
+        """
+    def set_shift(self, name: str, xi: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
+        """
+        (N, 6) twist [m, rad] by which a camera or board is out of place in each row, in the axes of its frame.
+        """
+    def set_timing(self, camera: str, delay: typing.SupportsFloat | typing.SupportsIndex, line_time: typing.SupportsFloat | typing.SupportsIndex, middle_line: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        delay [s] of its pictures behind the joints at v = middle_line [px], and line_time [s] from line to line.
+        """
 class Observation:
     """
     One observation of some measurements.

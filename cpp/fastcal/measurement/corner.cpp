@@ -3,6 +3,7 @@
 //
 // Corners of boards in the pictures of cameras; a row is one posture, its readings the corners of all its pictures.
 //   r = draw(T_world_camera^-1 T_world_board c) - uv [px],  T_world_x = T_world_frame T_frame_x exp([p, w])
+// T_world_frame being where the frame is when the corner's line is taken (rig.hpp).
 // Cameras and boards stand on frames of the arm or in the measuring frame. Identified are p [m] and w [rad] of each
 // that is not fixed, exp([p, w]) having the turn exp(w) and the shift p; and a camera's intrinsics where that is asked.
 // Start: each picture's board by closed form (hand_eye.hpp), then camera and board of the pair with most pictures, then
@@ -78,7 +79,10 @@ class Corner : public Observation {
     const Camera& camera = rig_.cameras[c];
     const Board& board = rig_.boards[b];
     const Own &eye = owns_[c], &seen = owns_[rig_.cameras.size() + b];
-    const Pose camera_frame = frame_of(eye, sights), board_frame = frame_of(seen, sights);
+    const Pose read_camera = frame_of(eye, sights), read_board = frame_of(seen, sights);
+    const double seconds = camera.seconds(uv_(row, at + 1));
+    const Pose camera_frame = camera.frame_at(read_camera, row, seconds);
+    const Pose board_frame = board.frame_at(read_board, row, seconds);
     const Eigen::Vector3d corner = board.corners.col(k);
 
     Eigen::Vector3d camera_turn, camera_shift, board_turn, board_shift;
@@ -102,9 +106,9 @@ class Corner : public Observation {
     // What moves the corner by d in the world moves it by R_camera_world d before the camera, which does the opposite.
     const Eigen::Matrix<double, 2, 3> by_world = drawn.by_point * R_camera_world;
     if (seen.frame >= 0)
-      add_motion(by_world, p_world - board_frame.p, out.by_frame[static_cast<std::size_t>(seen.frame)]);
+      add_motion(by_world, p_world - read_board.p, out.by_frame[static_cast<std::size_t>(seen.frame)]);
     if (eye.frame >= 0)
-      add_motion(-by_world, p_world - camera_frame.p, out.by_frame[static_cast<std::size_t>(eye.frame)]);
+      add_motion(-by_world, p_world - read_camera.p, out.by_frame[static_cast<std::size_t>(eye.frame)]);
 
     out.first_unknown = std::max(eye.first, 0);
     out.unknown_count = eye.count;
@@ -266,14 +270,18 @@ class Corner : public Observation {
       }
       if (static_cast<Eigen::Index>(there.size()) < kLeastCorners) continue;
       Eigen::Matrix2Xd directions(2, there.size());
+      double v = 0;  // of its middle
       for (std::size_t k = 0; k < there.size(); ++k) {
         const Eigen::Vector2d uv = uv_.row(i).segment<2>(2 * (first + there[k])).transpose();
+        v += uv[1] / static_cast<double>(there.size());
         directions.col(static_cast<Eigen::Index>(k)) = line_of_sight(camera.lens, camera.intrinsics, uv).hnormalized();
       }
       const std::optional<Pose> board = pose_from_points(corners(Eigen::all, there), directions);
       if (!board) continue;
       const Sights& at = sights[static_cast<std::size_t>(i)];
-      const Pose camera_frame = frame_of(owns_[c], at), board_frame = frame_of(owns_[rig_.cameras.size() + b], at);
+      const double seconds = camera.seconds(v);
+      const Pose camera_frame = camera.frame_at(frame_of(owns_[c], at), i, seconds);
+      const Pose board_frame = rig_.boards[b].frame_at(frame_of(owns_[rig_.cameras.size() + b], at), i, seconds);
       out.push_back({board_frame.inverse() * camera_frame, *board});
     }
     return out;
@@ -288,6 +296,22 @@ class Corner : public Observation {
   std::vector<Parameter> parameters_;
   bool shows_base_ = false;
 };
+
+void check_rows(const Rig& rig, Eigen::Index rows) {
+  const auto check = [rows](const std::string& owner, const char* what, const RowMatrixXd& table) {
+    FASTCAL_CHECK(table.size() == 0 || (table.rows() == rows && table.cols() == 6 && table.allFinite()))
+        << what << " of " << owner << " must have shape (" << rows << ", 6) and be finite, got (" << table.rows()
+        << ", " << table.cols() << ")";
+  };
+  for (const Camera& camera : rig.cameras) {
+    check("camera " + camera.name, "motion", camera.motion);
+    check("camera " + camera.name, "shift", camera.shift);
+  }
+  for (const Board& board : rig.boards) {
+    check("board " + board.name, "motion", board.motion);
+    check("board " + board.name, "shift", board.shift);
+  }
+}
 
 }  // namespace
 
@@ -304,6 +328,7 @@ FASTCAL_REGISTER_OBSERVATION("corner",
                                 const RowMatrixXd* uv = tables.find("corner", 2 * readings);
                                 if (uv == nullptr) return {};
                                 FASTCAL_CHECK(readings > 0) << "corners need a camera and a board";
+                                check_rows(tables.rig, tables.rows);
                                 const RowMatrixXd* sigma = tables.find("sigma_corner", readings);
                                 for (Eigen::Index i = 0; sigma != nullptr && i < tables.rows; ++i) {
                                   for (Eigen::Index k = 0; k < readings; ++k) {

@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 from fastcal import _core
+from fastcal.calibration.moving_rig import rig_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import core_tables, expected_columns, kinds_of
-from fastcal.robot.rig import core_rig
 from fastcal.robot.robot import Robot
 
 
@@ -16,7 +16,7 @@ def measurements(data: Dataset, robot: Robot) -> _core.Measurements:
     """What was measured of a robot, as the core reads it."""
     if not kinds_of(data):
         raise InvalidInput(f"{data.source}: no measured column; expected {expected_columns()}")
-    return _core.Measurements(robot.core, len(data), *core_tables(data), core_rig(robot.description))
+    return _core.Measurements(robot.core, len(data), *core_tables(data), rig_of(robot, data))
 
 
 def align(robot: Robot, data: Dataset, threads: int = 1) -> _core.Alignment:

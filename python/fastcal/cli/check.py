@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import AsRead, BesideLanguage, DwellS, PageLanguage, SpeedPercent, Threads
+from fastcal.cli.options import AsRead, BesideLanguage, Corners, DwellS, PageLanguage, SpeedPercent, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
@@ -56,6 +56,7 @@ def check(
         typer.Option(metavar="PATTERN", help="Of a folder of arms: which files to check; default: each arm's newest."),
     ] = None,
     page_language: PageLanguage = "en",
+    corners: Corners = None,
     as_read: AsRead = False,
     threads: Threads = 1,
     tracker: Tracker | None = None,
@@ -75,12 +76,7 @@ def check(
 
     tolerance = None if tolerance_mm is None else to_si(tolerance_mm, "mm")
     if Path(model).is_dir():
-        if tracker is not None:
-            raise InvalidInput("--sigma-range-mm is for one file: for many arms, give the uncertainties in columns")
-        if data or plan is not None:
-            raise InvalidInput(
-                f"{model} is a folder; for one arm name its model.yaml, for all arms in it leave out DATA and --plan"
-            )
+        _refuse_of_one_arm(model, data, plan, tracker)
         options = {"files": files, "tolerance": tolerance, "as_read": as_read, "who": who, "threads": threads}
         _check_arms(model, output, options, page_language)
         return
@@ -93,6 +89,9 @@ def check(
         return
     if not data:
         raise InvalidInput("expected DATA, the measured poses, or --plan N")
+    if corners is not None:
+        _check_pictures(robot, data, corners, output, threads)
+        return
     measured = seen_by(tracker, load_measurements(data, robot))
     with progress() as show:
         show("checking")
@@ -111,6 +110,34 @@ def check(
     if found.verdict == "cannot_tell":
         raise typer.Exit(CANNOT_TELL)
     if found.verdict == "changed" or found.within_tolerance is False:
+        raise typer.Exit(CHANGED)
+
+
+def _refuse_of_one_arm(folder: str, data: list[Path] | None, plan: int | None, tracker: Tracker | None) -> None:
+    """Refuses what is of one arm where MODEL is a folder of many."""
+    from fastcal.errors import InvalidInput
+
+    if tracker is not None:
+        raise InvalidInput("--sigma-range-mm is for one file: for many arms, give the uncertainties in columns")
+    if data or plan is not None:
+        raise InvalidInput(
+            f"{folder} is a folder; for one arm name its model.yaml, for all arms in it leave out DATA and --plan"
+        )
+
+
+def _check_pictures(robot: Robot, data: list[Path], corners: Path, output: Path | None, threads: int) -> None:
+    """One picture or a few, of a cell."""
+    from fastcal.importers.corners import load_seen
+    from fastcal.io.results import write_json
+    from fastcal.monitoring.picture_check import check_pictures
+
+    found = check_pictures(robot, load_seen(data, robot, corners), threads)
+    if output is not None:
+        write_json(output, found.to_json_dict())
+    warn(found.notes)
+    say(found.sentence)
+    emit(found.to_json_dict())
+    if found.verdict == "changed":
         raise typer.Exit(CHANGED)
 
 

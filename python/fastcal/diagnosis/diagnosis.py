@@ -34,7 +34,7 @@ from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.search import SearchNode
 from fastcal.diagnosis.sure_names import Told, sure_names
 from fastcal.diagnosis.words import sentence_of
-from fastcal.effects.rig_traits import RIG_TRAITS
+from fastcal.effects.rig_traits import ALIKE, RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.copied_rows import counted_once
 from fastcal.measurements.dataset import Dataset
@@ -113,8 +113,9 @@ def diagnose(
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
     result = _beside(of_the_rig, result)
-    told = [misfit.text for misfit in result.misfits]
-    return replace(result, notes=[*looked.notes, *told, *suspected, *unexplained_by_any, *shared, *result.notes])
+    alike = [ALIKE[f.effect] for f in of_the_rig if f.grade != "A" and f.effect in ALIKE]
+    told = [*looked.notes, *(misfit.text for misfit in result.misfits), *suspected, *alike]
+    return replace(result, notes=[*told, *unexplained_by_any, *shared, *result.notes])
 
 
 def _beside(findings: Sequence[Finding], found: Diagnosis) -> Diagnosis:

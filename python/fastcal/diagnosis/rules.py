@@ -249,6 +249,13 @@ ALPHA_MOVED_ZERO = 1e-3
 # Standard deviations by which two parameters must differ for what sets a name apart from a simpler one.
 CONTRAST = 5.0
 
+# --- Cameras and boards -----------------------------------------------------------------------------------------------
+# Chance that the best of all causes of a rig gains so much by noise alone. Level.
+ALPHA_RIG = 1e-4
+# Twice the log of the likelihood by which a cause must lead every other, and every effect of the arm, each above what
+# its numbers gain by chance, to be the only one (odds of 1 : 150), and by which further numbers of a cause must help.
+RIG_LEAD = 10.0
+
 # --- What remains, what could have been seen, what to measure next ----------------------------------------------------
 # Orders that are looked for in a joint's curve, and the share of its square from which on one is stated.
 PROFILE_ORDERS, MAIN_ORDER_SHARE = 6, 0.25

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fastcal.calibration.moving_rig import speeds_of_times
 from fastcal.calibration.pictures import SECOND
 from fastcal.errors import ParseError
 from fastcal.importers.loading import load_measurements, load_or_open
@@ -123,7 +124,13 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
         given = np.full((len(data), width), np.nan)
         given[row, at] = sigma
         observed["sigma_corner"] = given
-    return replace(data, observed=observed, notes=notes)
+    return replace(data, observed=observed, notes=notes, speed=_speeds(data))
+
+
+def _speeds(data: Dataset) -> FloatArray | None:
+    if data.speed is not None or data.time is None:
+        return data.speed
+    return speeds_of_times(data.q, data.time)
 
 
 def _second_pictures(which: IntArray, at: IntArray) -> IntArray:

@@ -23,6 +23,7 @@ KINDS: dict[str, str | None] = (
 )
 
 
+SPEEDS = {"angle": "angular speed", "length": "speed"}  # of a joint, by what it moves by
 JOINT_TITLE = re.compile(r"\b[qj]\d+(_read)?_(deg|rad|mrad|mm|m|um|in)\b", re.I)  # that fastcal's own files have
 
 
@@ -50,7 +51,7 @@ def match_columns(table: Table, joint_types: Sequence[str]) -> tuple[dict[str, C
     for joint, joint_type in enumerate(joint_types, start=1):
         kind = "angle" if joint_type == "revolute" else "length"
         kinds |= {f"{letter}{joint}{read}": kind for letter in "qj" for read in ("", "_read")}
-        kinds |= {f"current{joint}": "current", f"approach{joint}": None}
+        kinds |= {f"current{joint}": "current", f"approach{joint}": None, f"qd{joint}": SPEEDS[kind]}
     known: dict[str, Column] = {}
     unknown: list[int] = []
     for place, title in enumerate(table.names):
@@ -89,7 +90,7 @@ def _match(table: Table, title: str, kinds: dict[str, str | None]) -> tuple[str 
     if re.fullmatch(r"j\d+(_read)?", quantity) and (unit not in UNITS or UNITS[unit].kind not in ("angle", "length")):
         return None, None  # what another's file calls a joint
     if kind is None:
-        if re.fullmatch(r"(q|j|current|approach)\d+(_read)?", quantity) and quantity not in kinds:
+        if re.fullmatch(r"(q|j|current|approach|qd)\d+(_read)?", quantity) and quantity not in kinds:
             count = sum(f"q{joint}" in kinds for joint in range(1, len(kinds)))
             numbers = f"its joints are numbered 1 to {count}"
             raise table.error(f"column '{title:.60}' names no joint of this robot; {numbers}")

@@ -140,6 +140,7 @@ def dataset_from_table(
             payload=columns.payload(),
             wrench=columns.numbers("wrench", ["fx", "fy", "fz", "mx", "my", "mz"]),
             current=columns.numbers("current", [f"current{joint}" for joint in joints]),
+            speed=columns.numbers("speed", [f"qd{joint}" for joint in joints]),
             temperature=columns.number("temperature", "temperature"),
             time=columns.number("time", "time"),
             station=columns.labels("station"),
@@ -342,7 +343,7 @@ class Columns:
 
     def _kind(self, quantity: str) -> str | None:
         joints = sum(re.fullmatch(r"q\d+", name) is not None for name in self.known)
-        return kinds_of_columns(joints).get(quantity, "current")
+        return kinds_of_columns(joints).get(quantity, "angular speed" if quantity.startswith("qd") else "current")
 
     def _stack(self, name: str, quantities: Sequence[str]) -> FloatArray:
         self._sources[name] = quantities

@@ -71,6 +71,8 @@ def file_columns(data: Dataset, joint_types: Sequence[str] | None = None) -> Col
     for places, names, unit in ((slice(3), ("fx", "fy", "fz"), "n"), (slice(3, 6), ("mx", "my", "mz"), "nm")):
         add(names, None if data.wrench is None else data.wrench[:, places], unit)
     add([f"current{joint}" for joint in joints], data.current, "a")
+    for joint, unit in enumerate(units, start=1):
+        add([f"qd{joint}"], None if data.speed is None else data.speed[:, joint - 1], unit and f"{unit}_s")
     add(["temperature"], data.temperature, "c")
     add(["time"], data.time, "s")
     columns.update(_labels(data))

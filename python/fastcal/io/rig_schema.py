@@ -17,6 +17,8 @@ BOARDS = ("checkerboard", "charuco", "april_grid", "circles", "points")
 LENSES = {"pinhole": 8, "fisheye": 4}  # most coefficients
 _ZERO = [0.0, 0.0, 0.0]
 _LEAST_SIZE = 16  # pixels a side, of a picture that is one
+_MOST_ROWS = 10**9
+_LATEST = 10.0  # [s] that a picture is later than its joints
 _FOCAL = (0.05, 50.0)  # of the larger side: no lens for a robot is wider or longer
 
 
@@ -69,8 +71,19 @@ def _placement(fields: Fields, joint_count: int, arm: str) -> Spec:
             out[f"{name}_{unit}"] = fields.checked_number(f"{name}_{unit}", sigma)
             if not out[f"{name}_{unit}"] > 0:
                 fields.fail(f"{name}_{unit}", "a standard deviation above 0", sigma)
+    if fields.has("knocked"):
+        out["knocked"] = _knocked(Fields(fields.take("knocked"), f"{fields.where}.knocked", fields.path))
     if (std := fields.optional("identified")) is not None:
         out["identified"] = Fields(std, f"{fields.where}.identified", fields.path).rest()
+    return out
+
+
+def _knocked(fields: Fields) -> Spec:
+    """Where it stood before a row of the data that it was found in, from where it stands since."""
+    out: Spec = {"at_row": fields.count("at_row", 0, _MOST_ROWS)}
+    for unit in ("mm", "deg"):
+        out[f"before_{unit}"] = fields.vector(f"before_{unit}", 3)
+    fields.done()
     return out
 
 
@@ -102,6 +115,7 @@ def _camera(fields: Fields) -> Spec:
     if not isinstance(distortion, list) or len(distortion) > LENSES[model]:
         fields.fail("distortion", f"a list of at most {LENSES[model]} coefficients", distortion)
     return {
+        **_timing_and_sag(fields),
         "model": model,
         "size_px": [int(side) for side in size],
         "focal_px": focal,
@@ -109,6 +123,22 @@ def _camera(fields: Fields) -> Spec:
         "distortion": fields.checked_vector("distortion", distortion, len(distortion)),
         "intrinsics": fields.choice("intrinsics", ("known", "identify"), "known"),
     }
+
+
+def _timing_and_sag(fields: Fields) -> Spec:
+    """How late its pictures are, and how its mount gives under its own weight, of each unit of gravity's direction."""
+    out: Spec = {}
+    for name in ("time_offset", "readout"):
+        if (seconds := fields.optional(f"{name}_s")) is not None:
+            out[f"{name}_s"] = fields.checked_number(f"{name}_s", seconds)
+            if not abs(out[f"{name}_s"]) <= _LATEST:
+                fields.fail(f"{name}_s", f"at most {_LATEST:g} seconds", seconds)
+    for unit in ("mm", "deg"):
+        if (rows := fields.optional(f"sag_{unit}")) is not None:
+            if not isinstance(rows, list) or len(rows) != 3:
+                fields.fail(f"sag_{unit}", "three lists of three numbers", rows)
+            out[f"sag_{unit}"] = [fields.checked_vector(f"sag_{unit}[{i}]", row, 3) for i, row in enumerate(rows)]
+    return out
 
 
 def _pair(fields: Fields, key: str) -> list[Any]:

@@ -95,7 +95,7 @@ def check_values(data: Dataset, robot: RobotFacts | None) -> None:
         values = getattr(data, field)
         if values is not None:
             _require(field, values, ~np.isinf(values), "a finite number, or nothing where it was not measured")
-    for field in ("payload", "wrench", "current", "temperature", "time", "approach"):
+    for field in ("payload", "wrench", "current", "speed", "temperature", "time", "approach"):
         values = getattr(data, field)
         if values is not None:
             _require(field, values, np.isfinite(values), "a finite number in every row")

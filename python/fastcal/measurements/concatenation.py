@@ -14,7 +14,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset, FloatArray
 
 _MAY_BE_EMPTY = ("q_read", "position", "rotation", "distance", "sigma_position", "instrument", "sigma_rotation")
-_WHOLE = ("wrench", "current", "temperature", "time")  # a row without them can't be
+_WHOLE = ("wrench", "current", "speed", "temperature", "time")  # a row without them can't be
 
 
 def concatenated(sets: Sequence[Dataset], labels: Sequence[str] | None) -> Dataset:

@@ -53,6 +53,7 @@ class Dataset(Shown):
         sigma_rotation: (N,) standard deviation of the orientation about each axis [rad].
         wrench: (N, 6) fx fy fz [N] mx my mz [N m] at the tool.
         current: (N, n) motor currents [A].
+        speed: (N, n) speeds of the joints when the row was read [rad/s or m/s].
         temperature: (N,) [K].
         time: (N,) [s].
         station, mount: (N,) index into `station_names`, `mount_names`: set-ups of the instrument and the target.
@@ -85,6 +86,7 @@ class Dataset(Shown):
     sigma_rotation: FloatArray | None = None
     wrench: FloatArray | None = None
     current: FloatArray | None = None
+    speed: FloatArray | None = None
     temperature: FloatArray | None = None
     time: FloatArray | None = None
     station: IntArray | None = None
@@ -232,8 +234,8 @@ class Dataset(Shown):
         """Several data sets of one arm as one, in the order given.
 
         What some of them did not measure is empty in their rows. A condition that only some of them know (temperature,
-        time, wrench, current) can't be: it is left out, and a note says so. Where a set has no stations or no mounts,
-        `labels` names it; without `labels` it is named by its source, if another set has them.
+        time, wrench, current, speed) can't be: it is left out, and a note says so. Where a set has no stations or no
+        mounts, `labels` names it; without `labels` it is named by its source, if another set has them.
 
         Args:
             sets: At least one; all with the same number of joints.
@@ -262,6 +264,7 @@ class Dataset(Shown):
         payload: ArrayLike = 0.0,
         wrench: ArrayLike | None = None,
         current: ArrayLike | None = None,
+        speed: ArrayLike | None = None,
         temperature: ArrayLike | None = None,
         time: ArrayLike | None = None,
         station: Labels | None = None,
@@ -320,6 +323,7 @@ class Dataset(Shown):
             payload=_spread("payload", payload, rows),
             wrench=one("wrench", wrench, 6),
             current=one("current", current, count),
+            speed=one("speed", speed, count),
             temperature=None if temperature is None else _spread("temperature", temperature, rows),
             time=None if time is None else _spread("time", time, rows),
             station=stations,

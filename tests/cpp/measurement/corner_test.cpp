@@ -63,7 +63,14 @@ Eigen::Vector2d by_unknown(const Comparison& of, int k) {
 TEST(Corner, DerivativesAreThoseOfTheResidual) {
   constexpr double h = 1e-4;
   Random random(7);
-  const Measurements all = measured(rig(), RowMatrixXd::Constant(1, 48, 500));
+  Rig moving = rig();
+  Random twists(13);
+  moving.cameras[0].delay = 0.02;
+  for (Standing* standing : std::initializer_list<Standing*>{&moving.cameras[0], &moving.boards[1]}) {
+    standing->motion = twists.values(6, 0.3).transpose();
+    standing->shift = twists.values(6, 0.01).transpose();
+  }
+  const Measurements all = measured(moving, RowMatrixXd::Constant(1, 48, 500));
   const PlacedObservation& of = all.observations()[0];
   ASSERT_EQ(of.component_count, 48);
   ASSERT_EQ(of.unknown_count, 6 + 12 + 6 + 8 + 6 + 6);
@@ -102,6 +109,41 @@ TEST(Corner, DerivativesAreThoseOfTheResidual) {
     }
   }
   EXPECT_GT(tried, 6);
+}
+
+TEST(Corner, AFrameThatMovesOrIsOutOfPlaceIsWhereItsTwistsPutIt) {
+  Random random(11);
+  Rig moving = rig(false), still = rig(false);
+  const Vector6d motion = random.values(6, 0.3), shift = random.values(6, 0.01);
+  moving.cameras[0].delay = 0.02;
+  moving.cameras[0].line_time = 1e-4;
+  moving.cameras[0].middle_line = 100;
+  moving.cameras[0].motion = motion.transpose();
+  moving.cameras[0].shift = shift.transpose();
+  moving.boards[0].shift = -shift.transpose();
+  const double seconds = 0.02 + 1e-4 * (500 - 100);
+  const RowMatrixXd uv = RowMatrixXd::Constant(1, 48, 500);
+  const Measurements late = measured(moving, uv), there = measured(still, uv);
+  const Eigen::VectorXd unknowns = random.values(late.unknown_count(), 0.01);
+  Sights sights{random.pose(1), random.pose(1)};
+  const Pose moved = sights[0] * exp_se3(seconds * motion) * exp_se3(shift);
+  // The board stands in the measuring frame: it is out of place there, which moves all else the other way.
+  const Pose back = exp_se3(shift);
+  const Sights instead{back * moved, sights[1]};
+  for (int reading = 0; reading < 6; ++reading) {
+    const Comparison got = compared(late, sights, unknowns, reading);
+    const Comparison wanted = compared(there, instead, unknowns, reading);
+    EXPECT_LT((got.r - wanted.r).norm(), 1e-8 * (1 + wanted.r.norm())) << reading;
+    for (int k = 0; k < 6; ++k) {
+      EXPECT_LT((by_unknown(got, k) - by_unknown(wanted, k)).norm(), 1e-6 * (1 + by_unknown(wanted, k).norm())) << k;
+    }
+  }
+}
+
+TEST(Corner, TwistsOfAnotherNumberOfRowsAreRefused) {
+  Rig wrong = rig(false);
+  wrong.boards[0].motion = RowMatrixXd::Zero(2, 6);
+  EXPECT_THROW(measured(wrong, RowMatrixXd::Constant(1, 48, 500)), InvalidInput);
 }
 
 TEST(Corner, WhatNobodySawIsAbsentAndHasNoUnknowns) {

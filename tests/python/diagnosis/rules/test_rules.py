@@ -12,6 +12,7 @@ from . import (  # noqa: F401
     held_out_checks,
     noise_checks,
     outcome_checks,
+    rig_checks,
     scan_checks,
     search_checks,
     surrogate_checks,

@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Does a calibrated cell still hold? A picture or a few, cameras and boards where the model has them.
+
+All corners of a picture may share one error, as that of its joints: with the noise s [px] of the calibration the mean
+square m of n pictures is held against
+
+    6 n m / s^2 ~ chi^2(6 n),
+
+six being the numbers that a picture says of its posture. Each camera, each board and each joint's zero is then moved to
+where the corners want it, and those that explain them about as well as the best are named, by BIC.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from fastcal import _core
+from fastcal.calibration.alignment import measurements
+from fastcal.calibration.levers import levers
+from fastcal.calibration.pictures import seen_by_model
+from fastcal.calibration.unknowns import CORNERS
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.monitoring.causes import LEVEL
+from fastcal.monitoring.linear import record_of
+from fastcal.place import place_of
+from fastcal.robot.rig import PLACEMENT
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+NUMBERS = 6  # that a picture says
+ALIKE = 10.0  # BIC within which two explanations are: odds of 1 : 150
+
+
+@dataclass(frozen=True)
+class Moved:
+    """What may have moved, and by how much: a camera or board by mm and degrees, a joint's zero by degrees or mm."""
+
+    owner: str
+    shift_mm: float | None
+    turn_deg: float | None
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        sizes = [(self.shift_mm, "mm"), (self.turn_deg, "deg")]
+        return f"{self.owner} by {' and '.join(f'{size:.3g} {unit}' for size, unit in sizes if size is not None)}"
+
+
+@dataclass(frozen=True)
+class PictureCheck:
+    """What pictures say of a calibrated cell.
+
+    Attributes:
+        verdict: holds or changed.
+        rms_px: Of the corners' coordinates by row.
+        expected_px: The same by the calibration's noise.
+        p_value: Of errors as large where nothing moved.
+        moved: What explains them, the likeliest first; empty where nothing moved or nothing alone explains it.
+    """
+
+    verdict: str
+    sentence: str
+    rms_px: dict[int, float]
+    expected_px: float
+    p_value: float
+    moved: tuple[Moved, ...]
+    notes: tuple[str, ...] = ()
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """As check.json has it."""
+        rows = [{"row": row, "rms_px": rms} for row, rms in self.rms_px.items()]
+        return {**vars(self), "rms_px": rows, "moved": [vars(of) for of in self.moved], "notes": list(self.notes)}
+
+
+def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureCheck:
+    """Holds a calibrated cell against new pictures.
+
+    Args:
+        model: With its cameras, boards and the noise of its calibration: model.yaml.
+        data: Postures, and the corners seen in them.
+        threads: Cores.
+
+    Raises:
+        InvalidInput: There are no corners, or the model was not calibrated with any.
+    """
+    noise = record_of(model).sigma(CORNERS)
+    if CORNERS not in data.kinds or noise is None:
+        raise InvalidInput(f"{data.source}: expected corners of boards, and a model that was calibrated with corners")
+    looked = seen_by_model(model, data, threads)
+    data = looked.data
+    measured = measurements(data, model)
+    start = np.asarray(model.error_model.start)
+    theta = np.concatenate([start, np.zeros(len(measured.parameters))])
+    near = _core.linearize(model.error_model, model.samples(data), measured, theta, [1.0] * len(measured.observations))
+    of = next(of for of in measured.observations if of.field == CORNERS)
+    number = np.asarray(near.number)
+    own = (number >= of.first_number) & (number < of.first_number + len(of.components))
+    r, J, row = np.asarray(near.r)[own], np.asarray(near.J)[own], np.asarray(near.row)[own]
+    pictures = len(np.unique(row))
+    scale = NUMBERS * pictures / len(r) / noise**2
+    p_value = float(stats.chi2.sf(scale * float(r @ r), NUMBERS * pictures))
+    rms = {int(i): float(np.sqrt(np.mean(r[row == i] ** 2))) for i in np.unique(row)}
+    moved: tuple[Moved, ...] = ()
+    if p_value < LEVEL:
+        G = levers(model.core, data, measured, theta[len(start) :], threads)[row, number[own]]
+        moved = _explained(model, measured, J[:, len(start) :], G, r, scale, pictures)
+    verdict = "holds" if p_value >= LEVEL else "changed"
+    sentence = _sentence(verdict, float(np.sqrt(np.mean(r**2))), noise, pictures, moved)
+    return PictureCheck(verdict, sentence, rms, noise, p_value, moved, looked.notes)
+
+
+def _explained(
+    model: Robot, measured: _core.Measurements, J: FloatArray, G: FloatArray, r: FloatArray, scale: float, pictures: int
+) -> tuple[Moved, ...]:
+    """Cameras, boards and zeros that explain the corners, the likeliest first."""
+    places: dict[str, list[int]] = {}
+    for k, parameter in enumerate(measured.parameters):
+        if parameter.name in PLACEMENT:
+            places.setdefault(parameter.owner, []).append(k)
+    blocks = {owner: J[:, own] for owner, own in places.items()}
+    blocks |= {f"joint{joint + 1}": G[:, joint : joint + 1] for joint in range(G.shape[1])}
+    found: list[tuple[float, Moved]] = []
+    for owner, columns in blocks.items():
+        x = np.asarray(np.linalg.lstsq(columns, -r, rcond=1e-10)[0], dtype=np.float64)
+        left = r + columns @ x
+        cost = scale * float(left @ left) + columns.shape[1] * np.log(NUMBERS * pictures)
+        found.append((cost, _moved(model, owner, x)))
+    found.sort(key=lambda of: of[0])
+    return tuple(of for cost, of in found if cost - found[0][0] < ALIKE)
+
+
+def _moved(model: Robot, owner: str, x: FloatArray) -> Moved:
+    if len(x) == NUMBERS:
+        shift, turn = (float(np.linalg.norm(part)) for part in (x[:3], x[3:]))
+        return Moved(owner, from_si(shift, "mm"), from_si(turn, "deg"))
+    size = abs(float(x[0]))
+    if model.joint_types[place_of(owner).number - 1] == "prismatic":
+        return Moved(owner, from_si(size, "mm"), None)
+    return Moved(owner, None, from_si(size, "deg"))
+
+
+def _sentence(verdict: str, rms: float, noise: float, pictures: int, moved: tuple[Moved, ...]) -> str:
+    seen = f"{pictures} picture{'s' * (pictures > 1)}, {rms:.2f} px where {noise:.2f} px are expected"
+    if verdict == "holds":
+        return f"The cell holds: {seen}."
+    if len(moved) == 1:
+        return f"Something moved ({seen}): {moved[0].text}."
+    choices = ", or ".join(of.text for of in moved)
+    return f"Something moved ({seen}): {choices}. Pictures from other postures tell them apart."
