@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fastcal.camera.rendering import render
-from fastcal.cli import main
+from fastcal.cli import demo_camera, main
 from fastcal.io.robot_file import load_robot
 
 from ..cells import camera_scene as scene
@@ -129,3 +129,20 @@ def test_the_page_of_a_calibration_shows_the_worst_pictures(folder: Path, tmp_pa
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Pictures, worst first" in page
     assert "data:image/jpeg" not in page
+
+
+def test_the_demonstration_finds_the_camera_in_its_own_pictures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(demo_camera, "ROWS", 16)
+    monkeypatch.setattr(demo_camera, "TEST_ROWS", 4)
+    assert main(["demo", "--camera", "-o", str(tmp_path / "demo")]) == 0
+    assert "This is a simulation" in capsys.readouterr().out
+    result = json.loads((tmp_path / "demo" / "result.json").read_text())
+    assert result["test"]["kinds"]["corner"]["after"]["rms"] < 0.2
+    assert "Simulated data." in (tmp_path / "demo" / "report.html").read_text()
+    assert (tmp_path / "demo" / "camera.calib").is_file()
+    # A second one replaces it; another folder is left alone.
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "mine.txt").write_text("")
+    assert main(["demo", "--camera", "-o", str(tmp_path / "other")]) == 2
