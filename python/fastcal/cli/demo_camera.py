@@ -40,7 +40,7 @@ WRIST = {"xyz_mm": [4.0, -66.0, 42.0], "rpy_deg": [-9.0, 1.5, 4.0]}  # where the
 WRIST_SAID = {"xyz_mm": [0.0, -60.0, 40.0], "rpy_deg": [0.0, 0.0, 0.0]}
 BOARD: dict[str, Any] = {"kind": "checkerboard", "columns": 10, "rows": 7, "square_mm": 20.0}
 PLATE = {"xyz_mm": [-430.0, 120.0, 12.0], "rpy_deg": [178.5, 1.0, 20.0]}
-PLATE_SAID = {"xyz_mm": [-450.0, 100.0, 0.0], "rpy_deg": [180.0, 0.0, 0.0]}
+PLATE_SAID = {"xyz_mm": [-450.0, 100.0, 0.0], "rpy_deg": [177.0, 0.0, 0.0]}
 DISTANCE_MM, TILT_DEG, ROLL_DEG, ASIDE_MM = (280.0, 430.0), 32.0, 70.0, 45.0
 REPEATABILITY_DEG = 0.001
 _MARGIN_PX = 12
@@ -76,7 +76,7 @@ def write_session(output: Path, seed: int) -> None:
     for name, (_, shown) in sets.items():
         with atomic_folder(output / f"{name}pictures") as folder:
             for k, T in enumerate(shown):
-                picture = render(CAMERA, BOARD, T, seed=seed * 1000 + k)
+                picture = render(CAMERA, BOARD, T, seed=seed * ROWS + k)
                 (folder / f"picture_{k:03d}.png").write_bytes(bytes(cv2.imencode(".png", picture)[1]))
 
 
