@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from fastcal import _core
+from fastcal.cells.hand_eye import hand_eye
 from fastcal.cli import main
 from fastcal.errors import InvalidInput
 from fastcal.importers.pose_lists import read_pose_list
@@ -167,3 +168,18 @@ def test_lines_of_twelve_numbers_are_matrices_without_their_last_row(tmp_path: P
     flange, _ = sessions()
     np.savetxt(tmp_path / "kitti.txt", flange[:, :3].reshape(-1, 12))
     np.testing.assert_allclose(read_pose_list(tmp_path / "kitti.txt").T, flange, atol=1e-12)
+
+
+def test_seven_pairs_that_turn_about_few_axes_are_read_the_right_way(tmp_path: Path) -> None:
+    """Half turns about axes in a plane, as a hand that looks down has them: some agree the other way round too."""
+    turns = [(180, 0, -45), (140, 0, -45), (220, 0, -45), (180, 25, -45), (180, -25, -45), (180, 0, 8), (180, 0, -46)]
+    flange = np.array([pose({"xyz_mm": [307.0, 0.0, 590.0], "rpy_deg": [float(v) for v in turn]}) for turn in turns])
+    mount = pose({"xyz_mm": [120.0, 210.0, 140.0], "rpy_deg": [0.0, 0.0, 0.0]})
+    board = pose({"xyz_mm": [1000.0, 0.0, 500.0], "rpy_deg": [0.0, 0.0, 0.0]})
+    seen = np.array([np.linalg.inv(A @ mount) @ board for A in flange])
+    found = read_pose_pairs(easy_handeye2(tmp_path, flange, seen))
+    assert found is not None
+    assert found.in_hand
+    solved = hand_eye(found.flange, found.seen)
+    assert solved is not None
+    np.testing.assert_allclose(solved[0], mount, atol=1e-6)
