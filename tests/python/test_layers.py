@@ -69,7 +69,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "monitoring": {"_core", *ARM, "calibration", "design"},
     "diagnosis": {"_core", *ARM, "calibration", "selection", "design", "surrogate"},
     "io": {"_core", *ARM, "robots", "beams", "calibration", "cells", "design", "programs", "budget", "acceptance"},
-    "importers": {"_core", *ARM, "calibration", "io", "programs"},
+    "importers": {"_core", *ARM, "calibration", "cells", "io", "programs"},
     "camera": {"_core", *ARM, "calibration", "io"},
     "report": {
         *ARM,

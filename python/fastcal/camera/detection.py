@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -17,6 +18,7 @@ from fastcal.calibration.processes import workers
 from fastcal.camera.finding import Seen, find_board
 from fastcal.camera.joining import Joined, camera_of, joined, picture_files
 from fastcal.camera.opencv import opencv
+from fastcal.camera.thumbnails import MOST_BYTES, small_jpeg
 from fastcal.errors import FastcalError, InvalidInput
 from fastcal.io.regular_file import read_bytes
 from fastcal.io.table import Table
@@ -25,10 +27,6 @@ from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
-
-_MOST_BYTES = 256_000_000
-_THUMB = 320  # pixels of the larger side of the picture on a page
-_QUALITY = 70
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,16 +81,17 @@ class Detection:
         """Pictures without a board."""
         return [picture for picture in self.pictures if not picture.count]
 
-    def columns(self) -> dict[str, list[Any]]:
-        """The table of corners: row, camera, board, corner, u_px, v_px and the picture's name."""
+    def columns(self, folder: Path) -> dict[str, list[Any]]:
+        """The table of corners: row, camera, board, corner, u_px, v_px and the picture's file as seen from `folder`."""
         out: dict[str, list[Any]] = {key: [] for key in ("row", "camera", "board", "corner", "u_px", "v_px", "picture")}
         for picture in sorted(self.pictures, key=lambda picture: -1 if picture.row is None else picture.row):
             if picture.row is None:
                 continue
+            file = Path(os.path.relpath(picture.path, folder)).as_posix()
             for name, seen in picture.boards.items():
                 for corner in np.flatnonzero(np.isfinite(seen.uv[:, 0])).tolist():
                     u, v = (round(float(value), 4) for value in seen.uv[corner])
-                    values = (picture.row, picture.camera, name, corner, u, v, picture.path.name)
+                    values = (picture.row, picture.camera, name, corner, u, v, file)
                     for key, value in zip(out, values, strict=True):
                         out[key].append(value)
         return out
@@ -147,16 +146,14 @@ def _looked_at(
     path, camera, row = given
     cv2 = opencv()
     try:
-        content = np.frombuffer(read_bytes(path, _MOST_BYTES), np.uint8)
+        content = np.frombuffer(read_bytes(path, MOST_BYTES), np.uint8)
         grey = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE) if len(content) else None
     except FastcalError as error:
         return PictureSeen(path, camera, row, why=str(error))
     if grey is None:
         return PictureSeen(path, camera, row, why="it cannot be read as a picture")
     size = (int(grey.shape[1]), int(grey.shape[0]))
-    scale = min(_THUMB / max(size), 1.0)
-    small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    thumb = bytes(cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1])
+    thumb = small_jpeg(cv2, grey)
     wanted = tuple(cameras[camera]["size_px"])
     if size != wanted:
         why = f"it is {size[0]} x {size[1]} pixels, and those of camera {camera} are {wanted[0]} x {wanted[1]}"

@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 
 FEWEST = 3  # poses
 _ROUNDS = 6
+_LEAST_KEPT = 0.6  # of the poses: fewer agree in many ways
 _FAR = 4.0  # times the median misfit: such a pose is left out of the next round
 
 
@@ -29,7 +30,7 @@ def hand_eye(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray] | No
         X, Y = _solved(A[used], S[used])
         misfit = np.linalg.norm(A @ X @ S - Y, axis=(1, 2))
         kept = misfit <= _FAR * max(float(np.median(misfit)), 1e-9)
-        if kept.sum() < FEWEST or (kept == used).all():
+        if kept.sum() < max(FEWEST, _LEAST_KEPT * len(A)) or (kept == used).all():
             break
         used = kept
     return X, Y

@@ -82,7 +82,7 @@ def calibrate(
     from fastcal.calibration.acceptance_limit import judge_limit
     from fastcal.cli.hand_eye import check_hand_eyes, write_hand_eyes
     from fastcal.errors import InvalidInput
-    from fastcal.importers.corners import load_seen, load_seen_or_open
+    from fastcal.importers.corners import load_seen, load_seen_or_open, picture_files
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tree_file import is_cell
@@ -135,7 +135,8 @@ def calibrate(
         show("writing the report")
         limit = None if limit_mm is None else judge_limit(found, to_si(limit_mm, "mm"))
         more = None if choice is None else {"choice": choice.to_json_dict()}
-        write_calibration(found, output, more=more, limit=limit, language=page_language)
+        seen_in = picture_files(corners)
+        write_calibration(found, output, more=more, limit=limit, language=page_language, pictures=seen_in)
     warn(found.notes)
     write_hand_eyes(found, hand_eye or [])
     if limit is not None:

@@ -35,7 +35,14 @@ EFFECTS = ",".join(["geometry", *(f"joint_compliance@{joint}" for joint in COMPL
 Folder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
 
 
-def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads = 1) -> None:
+def demo(
+    output: Folder = Path("fastcal-demo"),
+    seed: Seed = 1,
+    threads: Threads = 1,
+    camera: Annotated[
+        bool, typer.Option("--camera", help="A camera on the flange and pictures of a board, in place of a tracker.")
+    ] = False,
+) -> None:
     """Simulate a measured arm and calibrate it.
 
     The last line is the path of the report.
@@ -46,6 +53,9 @@ def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads
     from fastcal.report.calibration_files import write_calibration
 
     _check_ours(output)
+    if camera:
+        _seen_by_a_camera(output, seed, threads)
+        return
     say(f"This is a simulation: a {ARM} with random errors and compliant joints, measured by a simulated tracker.")
     with progress() as show:
         show("simulating")
@@ -58,6 +68,38 @@ def demo(output: Folder = Path("fastcal-demo"), seed: Seed = 1, threads: Threads
         show("writing the report")
         write_calibration(found, output, simulated=True)
     calibrate.say_result(found, output, [str(output / "robot.yaml"), str(output / "measurements.csv")])
+    if found.status != "converged":
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _seen_by_a_camera(output: Path, seed: int, threads: int) -> None:
+    """The demonstration with pictures: drawn, searched for the board's corners, and fitted."""
+    from fastcal.calibration.calibrate import calibrate as identify
+    from fastcal.cli.demo_camera import ARM as CAMERA_ARM
+    from fastcal.cli.demo_camera import write_session
+    from fastcal.cli.detect import write_detection
+    from fastcal.cli.hand_eye import write_hand_eyes
+    from fastcal.importers.corners import load_seen, picture_files
+    from fastcal.io.robot_file import load_robot
+    from fastcal.report.calibration_files import write_calibration
+
+    say(f"This is a simulation: a {CAMERA_ARM} with random errors and a camera on its flange, in pictures drawn here.")
+    cell, corners = output / "cell.yaml", output / "corners.csv"
+    with progress() as show:
+        show("drawing pictures")
+        write_session(output, seed)
+        # From here on as with anyone's pictures.
+        nominal = load_robot(cell)
+        for name in ("", "test_"):
+            poses, table = output / f"{name}poses.csv", output / f"{name}corners.csv"
+            write_detection(nominal, [output / f"{name}pictures"], poses, table, 1, "en", show)
+        data = load_seen([output / "poses.csv"], nominal, corners)
+        test = load_seen([output / "test_poses.csv"], nominal, output / "test_corners.csv")
+        found = identify(nominal, data, test=test, threads=threads, progress=show)
+        show("writing the report")
+        write_calibration(found, output, simulated=True, pictures=picture_files(corners))
+    write_hand_eyes(found, [output / "camera.calib"])
+    calibrate.say_result(found, output, [str(cell), str(output / "poses.csv"), "--corners", str(corners)])
     if found.status != "converged":
         raise typer.Exit(NOT_CONVERGED)
 

@@ -4,13 +4,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import PageLanguage
+
+if TYPE_CHECKING:
+    from fastcal.camera.detection import Detection
+    from fastcal.robot.robot import Robot
 
 
 def detect(
@@ -32,31 +37,16 @@ def detect(
 
     The table is what --corners of `fastcal calibrate` takes.
     """
-    from fastcal.camera.detection import detect as detected
-    from fastcal.errors import InvalidInput
-    from fastcal.io.atomic import atomic_paths
     from fastcal.io.robot_file import load_robot
-    from fastcal.io.tables import check_csv_name, csv_text, read_table
-    from fastcal.report.detection_report import detection_page
+    from fastcal.io.tables import check_csv_name
 
     check_csv_name(output)
     robot = load_robot(cell)
-    poses = None if joints is None else read_table(joints)
     with progress() as show:
-        found = detected(robot, pictures, poses=poses, jobs=jobs, progress=show)
-        for picture in found.pictures:
-            say(f"{picture.path.name}: {picture.told}")
-        columns = found.columns()
-        if not columns["row"]:
-            first = found.pictures[0]
-            raise InvalidInput(
-                f"no board was found in any of {len(found.pictures)} pictures; {first.path.name}: {first.told}"
-            )
-        show("writing the page")
-        page = output.with_suffix(".html")
-        with atomic_paths([output, page]) as (table_file, page_file):
-            table_file.write_text(csv_text(columns), encoding="utf-8", newline="\n")
-            page_file.write_text(detection_page(found, robot, language=page_language), encoding="utf-8")
+        found = write_detection(robot, pictures, joints, output, jobs, page_language, show)
+    for picture in found.pictures:
+        say(f"{picture.path.name}: {picture.told}")
+    page, columns = output.with_suffix(".html"), found.columns(output.parent)
     warn(f"{picture.path}: {picture.told}" for picture in found.empty)
     warn(
         f"{picture.path}: is of no row of the poses, and was left out"
@@ -87,3 +77,40 @@ def detect(
             ],
         }
     )
+
+
+def write_detection(
+    robot: Robot,
+    pictures: list[Path],
+    joints: Path | None,
+    output: Path,
+    jobs: int,
+    language: str,
+    show: Callable[[str], None],
+) -> Detection:
+    """Finds the boards and writes the table of corners and the page beside it.
+
+    Raises:
+        InvalidInput: No picture shows a board; what was found in each is said all the same.
+    """
+    from fastcal.camera.detection import detect as detected
+    from fastcal.errors import InvalidInput
+    from fastcal.io.atomic import atomic_paths
+    from fastcal.io.tables import csv_text, read_table
+    from fastcal.report.detection_report import detection_page
+
+    poses = None if joints is None else read_table(joints)
+    found = detected(robot, pictures, poses=poses, jobs=jobs, progress=show)
+    columns = found.columns(output.parent)
+    if not columns["row"]:
+        for picture in found.pictures:
+            say(f"{picture.path.name}: {picture.told}")
+        first = found.pictures[0]
+        raise InvalidInput(
+            f"no board was found in any of {len(found.pictures)} pictures; {first.path.name}: {first.told}"
+        )
+    show("writing the page")
+    with atomic_paths([output, output.with_suffix(".html")]) as (table_file, page_file):
+        table_file.write_text(csv_text(columns), encoding="utf-8", newline="\n")
+        page_file.write_text(detection_page(found, robot, language=language), encoding="utf-8")
+    return found

@@ -14,6 +14,7 @@ from fastcal.cli.options import OutFile, RobotFile
 
 if TYPE_CHECKING:
     from fastcal.importers import Mapping
+    from fastcal.importers.pose_pairs import PosePairs
 
 
 def import_(
@@ -42,6 +43,12 @@ def import_(
         str | None,
         typer.Option(metavar="NAME", help="Of the text, where it does not say it: cp932, gbk, cp1252, utf-16 ..."),
     ] = None,
+    hand_eye: Annotated[
+        bool,
+        typer.Option(
+            "--hand-eye", help="EXPORT holds poses of the flange and of a board in a camera, for hand-eye calibration."
+        ),
+    ] = False,
     print_map: Annotated[
         bool, typer.Option("--print-map", help="Write such a map to start from, to FILE or the screen.")
     ] = False,
@@ -52,6 +59,8 @@ def import_(
     """
     from fastcal.errors import InvalidInput
     from fastcal.importers import import_measurements, map_text, read_map, write_imported
+    from fastcal.importers.pose_pairs import read_pose_pairs
+    from fastcal.importers.pose_pairs_out import write_pose_pairs
     from fastcal.io.atomic import write_text
     from fastcal.io.robot_file import load_robot
 
@@ -68,6 +77,9 @@ def import_(
         return
     if output is None:
         raise InvalidInput("expected -o FILE, the measurement file to write")
+    if (pairs := read_pose_pairs(exports, asked=hand_eye)) is not None:
+        _say_pairs(pairs, output, write_pose_pairs(output, pairs))
+        return
     with progress() as show:
         show("reading")
         found = import_measurements(
@@ -98,6 +110,14 @@ def import_(
             "notes": list(found.notes),
         }
     )
+
+
+def _say_pairs(pairs: PosePairs, output: Path, cell: Path) -> None:
+    for note in pairs.notes:
+        say(note)
+    say(f"{output}: {len(pairs.flange)} pairs of poses; read as {pairs.read_as}")
+    say(f"next: fastcal calibrate {cell} {output} -o out --hand-eye camera.calib")
+    emit({"file": str(output), "cell": str(cell), "rows": len(pairs.flange), "read_as": pairs.read_as})
 
 
 def _has(columns: object, given: str) -> bool:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -65,6 +66,22 @@ def with_corners(data: Dataset, path: str | os.PathLike[str], robot: Robot) -> D
         if table.exact is None:
             raise
     return _seen(data, table.exact(), robot)
+
+
+def picture_files(path: str | os.PathLike[str] | None) -> dict[tuple[int, str], Path]:
+    """The files of the pictures by row and camera, where a table of corners names them; none where it does not."""
+    if path is None:
+        return {}
+    table = read_table(path)
+    place = {name: k for k, name in enumerate(table.names)}
+    if not {"row", "camera", "picture"} <= place.keys() or isinstance(table.columns[place["picture"]], np.ndarray):
+        return {}
+    rows, cameras, names = _whole(table, place["row"]), table.labels(place["camera"]), table.labels(place["picture"])
+    return {
+        (int(row), camera): Path(path).parent / name
+        for row, camera, name in zip(rows, cameras, names, strict=True)
+        if name
+    }
 
 
 def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:

@@ -6,9 +6,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from fastcal.io.fields import Fields
+from fastcal.io.lens_file import read_lens, read_target
 
 Spec = dict[str, Any]
 
@@ -48,10 +50,20 @@ def check_rig(top: Fields, joint_count: int, arm: str = ARM) -> Spec:
             if name in owners:
                 fields.refuse("", f"the name is given to two things, here and in {owners[name]}")
             owners[name] = key
+            fields = _with_files(fields, str(name))
             found[name] = _placement(fields, joint_count, arm) | check(fields)
             fields.done()
         spec[key] = found
     return spec
+
+
+def _with_files(fields: Fields, name: str) -> Fields:
+    """The entry with what the files hold that it names: `lens` of a camera, `target` of a board."""
+    for key, read in (("lens", lambda path: read_lens(path, name)), ("target", read_target)):
+        if fields.has(key):
+            file = Path(fields.path).parent / fields.text(key)
+            fields = Fields(read(file) | fields.rest(), fields.where, fields.path)
+    return fields
 
 
 def _placement(fields: Fields, joint_count: int, arm: str) -> Spec:

@@ -51,7 +51,15 @@ def read_yaml(path: str | os.PathLike[str]) -> Any:
     Raises:
         ParseError: Names the file, the line, what was expected and what came.
     """
-    text = read_text(path)
+    return parsed_yaml(read_text(path), path)
+
+
+def parsed_yaml(text: str, path: str | os.PathLike[str]) -> Any:
+    """`read_yaml` of a text that was read from `path`.
+
+    Raises:
+        ParseError: Names the file, the line, what was expected and what came.
+    """
     try:
         return _Builder(path).build(yaml.parse(text, Loader=_LOADER))
     except yaml.MarkedYAMLError as error:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from fastcal.io.folder import atomic_folder
@@ -29,6 +29,7 @@ def write_calibration(
     more: Mapping[str, Any] | None = None,
     limit: LimitJudged | None = None,
     language: str = "en",
+    pictures: Mapping[tuple[int, str], Path] | None = None,
 ) -> None:
     """Writes a result's files into a folder; a model where anything was identified.
 
@@ -39,6 +40,7 @@ def write_calibration(
         more: Further entries of result.json.
         limit: An acceptance limit and what became of it.
         language: Of the report: en or de.
+        pictures: Files of cameras' pictures, by row and camera, for the page.
     """
     import fastcal
 
@@ -51,5 +53,5 @@ def write_calibration(
                 comment = f"{result.status.replace('_', ' ').capitalize()}, {source}: {result.message}"
             write_spec(result.model.spec, place / "model.yaml", comment)
         write_json(place / "result.json", result.to_json_dict() | dict(more or {}) | judged)
-        page = calibration_page(result, simulated=simulated, limit=limit, language=language)
+        page = calibration_page(result, simulated=simulated, limit=limit, language=language, pictures=pictures)
         (place / "report.html").write_text(page, encoding="utf-8")

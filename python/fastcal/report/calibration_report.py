@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from pathlib import PurePath
+from collections.abc import Mapping
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,7 @@ from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, decimal_sign, in_language, mid_sentence
 from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
+from fastcal.report.pictures import picture_part
 from fastcal.report.tables import capitalised, in_words
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import caveat_text, listed, verdict
@@ -42,14 +44,27 @@ def _methods() -> dict[str, str]:
 
 
 def calibration_page(
-    result: CalibrationResult, *, simulated: bool = False, limit: LimitJudged | None = None, language: str = "en"
+    result: CalibrationResult,
+    *,
+    simulated: bool = False,
+    limit: LimitJudged | None = None,
+    language: str = "en",
+    pictures: Mapping[tuple[int, str], Path] | None = None,
 ) -> str:
-    """The HTML text of the report, in a language, with what became of an acceptance limit."""
+    """The HTML text of the report, in a language, with what became of an acceptance limit.
+
+    `pictures`: files of cameras' pictures, by row and camera.
+    """
     with in_language(language):
-        return _page(result, simulated, limit)
+        return _page(result, simulated, limit, pictures or {})
 
 
-def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None) -> str:
+def _page(
+    result: CalibrationResult,
+    simulated: bool,
+    limit: LimitJudged | None,
+    files: Mapping[tuple[int, str], Path],
+) -> str:
     train = rows_of(_("Training"), result.train, result.model.joint_types)
     test = rows_of(_("Test"), result.test, result.model.joint_types)
     sets = [rows for rows in (train, test) if rows is not None]
@@ -101,6 +116,7 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
         method=_method(result),
         notes=[*result.notes, *([result.held] if result.held else [])],
         limit=None if limit is None else limit_sentence(limit),
+        pictures=picture_part(result.model, result.train, files),
         document=document_facts(result.model.made_by),
     )
 

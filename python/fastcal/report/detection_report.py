@@ -4,9 +4,7 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +12,7 @@ from numpy.typing import NDArray
 
 from fastcal.camera.detection import Detection, PictureSeen
 from fastcal.report import page
+from fastcal.report.cards import Card, data_url
 from fastcal.report.figures import AFTER, ALERT
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.image_plane import coverage_figure, covered
@@ -23,33 +22,6 @@ from fastcal.robot.robot import Robot
 Array = NDArray[np.float64]
 
 _ENOUGH = 0.6  # of the parts of a picture that hold a corner
-
-
-@dataclass(frozen=True)
-class Card:
-    """A picture on a page.
-
-    Attributes:
-        title, text: Above and below it.
-        picture: Its small copy as a data URL; empty: none.
-        width, height: Of the picture [px].
-        radius, thickness: Of the marks [px of the picture].
-        corners: Marks: u, v, colour.
-        is_caution: Nothing was found.
-    """
-
-    title: str
-    text: str
-    picture: str
-    width: int
-    height: int
-    corners: tuple[tuple[float, float, str], ...] = ()
-    is_caution: bool = False
-
-    @property
-    def radius(self) -> float:
-        """Of a mark."""
-        return max(self.width, self.height) / 110
 
 
 def detection_page(found: Detection, robot: Robot, *, language: str = "en") -> str:
@@ -99,8 +71,3 @@ def _card(picture: PictureSeen) -> Card:
     return Card(
         picture.path.name, picture.told, data_url(picture.thumb), *picture.size, tuple(marks), not picture.count
     )
-
-
-def data_url(jpeg: bytes) -> str:
-    """A JPEG as a page carries it."""
-    return f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode('ascii')}" if jpeg else ""

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fastcal.camera.rendering import render
-from fastcal.cli import main
+from fastcal.cli import demo_camera, main
 from fastcal.io.robot_file import load_robot
 
 from ..cells import camera_scene as scene
@@ -107,3 +107,42 @@ def test_a_large_picture_is_found_as_well(folder: Path) -> None:
     at = board_corners(board) + T[:3, 3]
     true = 2200.0 * at[:, :2] / at[:, 2:] + camera["centre_px"]
     assert np.sqrt(np.mean(np.sum((seen.uv - true) ** 2, axis=1))) < 0.1
+
+
+def test_the_page_of_a_calibration_shows_the_worst_pictures(folder: Path, tmp_path: Path) -> None:
+    cell, poses, table = (str(folder / name) for name in ("cell.yaml", "poses.csv", "found.csv"))
+    assert main(["detect", str(folder / "shots"), "--cell", cell, "--joints", poses, "-o", table]) == 0
+    given = ["calibrate", cell, poses, "--corners", table, "--effects", "joint_compliance@joint2", "--page-language"]
+    assert main([*given, "de", "-o", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Bilder, das schlechteste zuerst" in page
+    assert 'id="figure-residual-wrist"' in page
+    assert page.count("data:image/jpeg;base64,") == 6
+    # Without the pictures the page has their corners all the same.
+    for picture in (folder / "shots").iterdir():
+        picture.rename(picture.with_suffix(".moved"))
+    try:
+        assert main([*given, "en", "-o", str(tmp_path / "out")]) == 0
+    finally:
+        for picture in (folder / "shots").iterdir():
+            picture.rename(picture.with_suffix(".png"))
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Pictures, worst first" in page
+    assert "data:image/jpeg" not in page
+
+
+def test_the_demonstration_finds_the_camera_in_its_own_pictures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(demo_camera, "ROWS", 16)
+    monkeypatch.setattr(demo_camera, "TEST_ROWS", 4)
+    assert main(["demo", "--camera", "-o", str(tmp_path / "demo")]) == 0
+    assert "This is a simulation" in capsys.readouterr().out
+    result = json.loads((tmp_path / "demo" / "result.json").read_text())
+    assert result["test"]["kinds"]["corner"]["after"]["rms"] < 0.2
+    assert "Simulated data." in (tmp_path / "demo" / "report.html").read_text()
+    assert (tmp_path / "demo" / "camera.calib").is_file()
+    # A second one replaces it; another folder is left alone.
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "mine.txt").write_text("")
+    assert main(["demo", "--camera", "-o", str(tmp_path / "other")]) == 2

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Lists of poses as programs write them: TUM lines, 4 x 4 and 3 x 4 matrices, tvec and rvec columns; numpy's .npy."""
+
+from __future__ import annotations
+
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.errors import ParseError
+from fastcal.io.regular_file import read_bytes
+from fastcal.io.tables import read_table
+from fastcal.io.yaml_file import read_text, read_yaml
+from fastcal.units import UNITS, parse_name, to_si
+
+FloatArray = NDArray[np.float64]
+
+_MOST_BYTES = 64_000_000
+_LENGTHS = {8: "TUM lines (time x y z qx qy qz qw)", 7: "x y z qx qy qz qw", 16: "4 x 4 matrices", 12: "3 x 4 matrices"}
+_VECTORS = [f"{of}_{axis}" for of in ("tvec", "rvec") for axis in "xyz"]
+
+
+@dataclass(frozen=True, eq=False)
+class PoseList:
+    """Poses (N, 4, 4) [m], and their times (N,) [s] where the lines have them."""
+
+    T: FloatArray
+    times: FloatArray | None = None
+
+
+def posed(p: FloatArray, wxyz: FloatArray, path: Path, row: int) -> FloatArray:
+    """(4, 4) of a place [m] and a quaternion.
+
+    Raises:
+        ParseError: The quaternion is none.
+    """
+    length = float(np.linalg.norm(wxyz))
+    if not abs(length - 1) < 1e-2:
+        raise ParseError(f"pose {row}: expected a quaternion of length 1, got {length:.4g}", path)
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = _core.quaternion_to_rotation(wxyz / length), p
+    return T
+
+
+def checked(T: FloatArray, path: Path, row: int) -> FloatArray:
+    """The matrix, whose turn is made one but for rounding.
+
+    Raises:
+        ParseError: It is no pose.
+    """
+    R = T[:3, :3]
+    if not (np.abs(R @ R.T - np.eye(3)).max() < 1e-3 and np.linalg.det(R) > 0 and np.allclose(T[3], (0, 0, 0, 1))):
+        raise ParseError(f"pose {row}: is no pose; expected a rotation and a last row 0 0 0 1", path)
+    u, _, vt = np.linalg.svd(R)
+    out = T.copy()
+    out[:3, :3] = u @ vt
+    return out
+
+
+def read_pose_list(path: Path) -> PoseList:
+    """The poses of a file, in metres unless a header says otherwise.
+
+    Raises:
+        ParseError: It holds none; the sentence says what is read.
+    """
+    if path.suffix.lower() == ".npy":
+        try:
+            values = np.load(io.BytesIO(read_bytes(path, _MOST_BYTES)), allow_pickle=False)
+        except ValueError as error:
+            raise ParseError(f"is no array of numpy: {error}", path) from None
+        return _of_rows(np.asarray(values, dtype=np.float64), path)
+    if path.suffix.lower() in (".json", ".yaml", ".yml"):
+        try:
+            return _of_rows(np.asarray(read_yaml(path), dtype=np.float64), path)
+        except (TypeError, ValueError) as error:
+            if isinstance(error, ParseError):
+                raise
+            raise ParseError("expected a list of 4 x 4 matrices", path) from None
+    text = read_text(path)
+    if "rvec" in text[:2000].lower():
+        return _of_vectors(path)
+    lines = [line for line in re.split(r"[\r\n]+", text) if line.strip() and not line.lstrip().startswith("#")]
+    try:
+        rows = [[float(cell) for cell in re.split(r"[\s,;\[\]]+", line) if cell] for line in lines]
+        values = np.array([row for row in rows if row], dtype=np.float64)
+    except ValueError:
+        raise ParseError(f"expected lines of numbers: {', '.join(_LENGTHS.values())}", path) from None
+    if values.ndim == 2 and values.shape[1] == 4 and len(values) % 4 == 0:
+        values = values.reshape(-1, 16)  # four lines a matrix
+    return _of_rows(values, path)
+
+
+def _of_rows(values: FloatArray, path: Path) -> PoseList:
+    rows = values.reshape(len(values), -1) if values.ndim >= 2 else values.reshape(0, 0)
+    width = rows.shape[1]
+    if width not in _LENGTHS or not np.isfinite(rows).all():
+        raise ParseError(f"expected {', '.join(_LENGTHS.values())}; got {width} numbers a pose", path)
+    if width in (7, 8):
+        at = rows[:, -7:]
+        T = [posed(row[:3], row[[6, 3, 4, 5]], path, k) for k, row in enumerate(at)]
+        return PoseList(np.array(T), rows[:, 0] if width == 8 else None)
+    last = np.tile((0.0, 0.0, 0.0, 1.0), (len(rows), 1))
+    whole = rows if width == 16 else np.column_stack([rows, last])
+    return PoseList(np.array([checked(row.reshape(4, 4), path, k) for k, row in enumerate(whole)]))
+
+
+def _of_vectors(path: Path) -> PoseList:
+    """tvec_x, tvec_y, tvec_z, rvec_x ..., as OpenCV's solvePnP gives them, with or without a unit at the end."""
+    table = read_table(path)
+    named = {parse_name(title)[0].lower(): place for place, title in enumerate(table.names)}
+    bare = {title.lower(): place for place, title in enumerate(table.names)}
+    columns = []
+    for name in _VECTORS:
+        place = bare.get(name, named.get(name))
+        if place is None:
+            raise table.error(f"there is no column {name}; expected {', '.join(_VECTORS)}")
+        unit = parse_name(table.names[place])[1] if place != bare.get(name) else None
+        values = table.numbers(place)
+        if np.isnan(values).any():
+            raise table.wrong_cell(place, int(np.argmax(np.isnan(values))), "a number")
+        columns.append(values if unit is None or unit not in UNITS else to_si(values, unit))
+    v = np.column_stack(columns)
+    T = np.tile(np.eye(4), (len(v), 1, 1))
+    T[:, :3, 3] = v[:, :3]
+    T[:, :3, :3] = [_core.exp_so3(turn) for turn in v[:, 3:]]
+    return PoseList(T)

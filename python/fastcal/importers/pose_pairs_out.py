@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Hand-eye samples as files of fastcal: a table of poses, and the cell that reads it beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fastcal import _core
+from fastcal.importers.pose_pairs import PosePairs
+from fastcal.io.atomic import atomic_paths
+from fastcal.io.tables import check_csv_name, csv_text
+from fastcal.io.yaml_text import yaml_text
+from fastcal.units import from_si
+
+_TITLES = ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
+_TURN = 1e-12  # of a rotation vector that is no turn
+
+
+def write_pose_pairs(path: Path, pairs: PosePairs) -> Path:
+    """Writes the table, and beside it the cell of an arm of poses; returns the cell's path.
+
+    Raises:
+        InvalidInput: A file cannot be written, or is no CSV by its name.
+    """
+    check_csv_name(path)
+    cell = path.with_name(f"{path.stem}_cell.yaml")
+    columns: dict[str, list[float]] = {}
+    for T, title in ((pairs.flange, "arm.{}"), (pairs.seen, "{}@board:camera")):
+        place = from_si(T[:, :3, 3], "mm")
+        values = np.column_stack([place, [_wxyz(R) for R in T[:, :3, :3]]])
+        columns |= {title.format(name): column.tolist() for name, column in zip(_TITLES, values.T, strict=True)}
+    on = {"camera": "arm", "board": "world"} if pairs.in_hand else {"camera": "world", "board": "arm"}
+    content = {
+        "arms": {"arm": {"robot": "pose"}},
+        "sensors": {"camera": {"on": on["camera"]}},
+        "targets": {"board": {"on": on["board"]}},
+    }
+    with atomic_paths([path, cell]) as (table, beside):
+        table.write_text(csv_text(columns), encoding="utf-8", newline="\n")
+        beside.write_text(yaml_text(content), encoding="utf-8", newline="\n")
+    return cell
+
+
+def _wxyz(R: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[float]:
+    """The unit quaternion of a rotation."""
+    turn = _core.log_so3(R)
+    angle = float(np.linalg.norm(turn))
+    axis = turn / angle if angle > _TURN else np.zeros(3)
+    return [float(np.cos(angle / 2)), *(np.sin(angle / 2) * axis).tolist()]
