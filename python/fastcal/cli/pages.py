@@ -16,7 +16,10 @@ from fastcal.cli.console import warn
 from fastcal.cli.signatures import with_options
 
 WITH_PAGE = frozenset(
-    ("calibrate", "diagnose", "check", "update", "compare", "history", "train", "accept", "fleet", "paper", "demo")
+    (
+        *("calibrate", "diagnose", "compliance", "check", "update", "compare", "history", "train", "accept", "fleet"),
+        *("paper", "demo"),
+    )
 )
 _CLOCK = 2.0  # s; times of files may be as coarse as this
 
