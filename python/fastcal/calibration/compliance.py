@@ -111,16 +111,25 @@ def identify_compliance(
     if not 0 < level < 1:
         raise InvalidInput(f"expected a level between 0 and 1, got {level}")
     asked = _asked(robot, data, joints, torque)
+
+    def fit(bent: set[int]) -> PairsResult:
+        return from_payload_pairs(robot, data, effects=_effects(asked, bent, torque), threads=threads)
+
     bent: set[int] = set()
     p: dict[int, float] = {}
+    found = fit(bent)
     while True:
-        found = from_payload_pairs(robot, data, effects=_effects(asked, bent, torque), threads=threads)
         now = {j: _corner(robot, data, asked, bent, j, torque, found, threads) for j in asked if j not in bent}
         p |= now
-        first = min(now, key=now.__getitem__, default=None)
-        if first is None or now[first] >= level:
+        for joint in sorted((j for j in now if now[j] < level), key=now.__getitem__):
+            try:
+                found = fit(bent | {joint})
+            except InvalidInput:  # a corner, perhaps, but so far out that nothing tells the piece behind it
+                continue
+            bent.add(joint)
             break
-        bent.add(first)
+        else:
+            break
     return Compliance(found, _curves(found, data, asked, bent, p, torque), level)
 
 
