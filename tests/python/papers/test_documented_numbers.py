@@ -12,6 +12,7 @@ from fastcal.report.formatting import significant
 from fastcal_studies import NAMES
 from fastcal_studies.exhibits import COMPARED
 from fastcal_studies.page import paper_page
+from fastcal_studies.real_page import NAMES as REAL_NAMES
 
 ROOT = Path(__file__).parents[3]
 
@@ -165,6 +166,27 @@ THREE_WORLDS = [
     )
     for line, column in rows.items()
 ]
+REAL = [
+    (
+        "docs/papers.md",
+        f"| {line} | {{}} | {{}} | {{}} |",
+        [("real", f"{name}, {count} rows held back (mm)", REAL_NAMES[key], "mean")
+         for name, count in (("UR5", 300), ("UR10 b", 449), ("UR10 c", 832))],
+    )
+    for key, line in {
+        "geometry": "geometry",
+        "bp": "backpropagation",
+        "bso": "BSO-MLP",
+        "somm": "SOMM-ANN",
+        "ca": "CA-SOMM-ANN",
+        "ga_dnn": "GA-DNN",
+        "profiles": "joint profiles",
+        "bso_profiles": "BSO-MLP behind joint profiles",
+        "somm_profiles": "SOMM-ANN behind joint profiles",
+        "mlp": "`mlp`",
+        "gp": "`gp`",
+    }.items()
+]  # fmt: skip
 UNTRAINED, UNSEEN = "840 rows not trained on: GB10 and GB30 (mm)", "poses learnt and not learnt (mm)"
 CHOICE, COSTS = "40 poses held out (mm)", "three costs (mm)"
 SOMM, CA_SOMM, PMC_BEST = "SOMM-ANN, the paper's", "CA-SOMM-ANN, the paper's", "fastcal's mlp behind fastcal's model"
@@ -350,7 +372,7 @@ SR210D: list[tuple[str, str, list[tuple[str, str, str, str]]]] = [
 ]
 
 
-@pytest.mark.parametrize(("file", "line", "places"), LINES + SR210D + RX160L + PMC + THREE_WORLDS)
+@pytest.mark.parametrize(("file", "line", "places"), LINES + SR210D + RX160L + PMC + THREE_WORLDS + REAL)
 def test_a_documented_number_is_the_kept_one(file: str, line: str, places: list[tuple[str, str, str, str]]) -> None:
     expected = " ".join(line.format(*(median(kept(study), *place) for study, *place in places)).split())
     assert expected in unwrapped(file)
