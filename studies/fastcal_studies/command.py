@@ -33,7 +33,7 @@ def paper(
     ] = None,
     cluster: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Run the arms on this Dask scheduler.")] = None,
 ) -> None:
-    """Run a paper's study on simulated arms, or all papers' networks on real ones.
+    """Run a paper's study on simulated arms, or on real ones.
 
     A page shows the paper's figures, its method's and fastcal's best.
     """

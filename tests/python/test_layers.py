@@ -258,6 +258,7 @@ def test_torch_is_imported_by_the_networks_alone() -> None:
 
 # Files of the package that name an effect: an example for a reader, a default that a caller may change, its own code.
 MAY_NAME = {
+    "calibration/compliance.py": {"joint_compliance", "joint_compliance_nonlinear"},
     "calibration/payload_pairs.py": {"joint_compliance"},
     "calibration/setups.py": {"station_offset", "tool_shift"},
     "cli/demo.py": {"joint_compliance"},

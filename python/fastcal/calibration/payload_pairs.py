@@ -22,7 +22,7 @@ from scipy import optimize
 from fastcal import _core
 from fastcal.calibration.calibrate import IdentifiedParameter
 from fastcal.calibration.critical_loads import Corners, best_corners, open_corners, remaining, starting_values
-from fastcal.calibration.problem import prepare
+from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.effects.entries import edge_unit, full_name
 from fastcal.effects.values import edge_values, written_parameters
 from fastcal.errors import InvalidInput
@@ -83,21 +83,9 @@ def from_payload_pairs(
         InvalidInput: No posture has two payloads, no point was measured, geometry is among the effects, or the
             differences do not determine a parameter.
     """
-    if data.position is None:
-        raise InvalidInput(f"{data.source}: payload pairs need measured points x_mm y_mm z_mm")
-    load = data.payload[:, None] if data.wrench is None else np.column_stack([data.payload, data.wrench])
-    posture = same_posture(data.q, load, ~np.isnan(data.position).any(axis=1))
-    position, data, posture = data.position[posture >= 0], data.select(posture >= 0), posture[posture >= 0]
-    if not len(data):
-        raise InvalidInput(f"{data.source}: no posture was measured with two payloads")
-    ready = prepare(robot, data, effects=effects, threads=threads)
+    ready, problem = differences(robot, data, effects, threads)
     own = len(ready.model.robot.parameters)
-    if any(i < own and ready.model.parameters[i].owner not in ("base", "tool") for i in ready.asked):
-        raise InvalidInput("geometry cancels between payloads; ask for effects of load alone")
-    if len(ready.model.parameters) == own:
-        raise InvalidInput("there is no effect to identify")
-    problem = _Differences(ready.model, ready.samples, position, posture, threads)
-    theta, covariance, sigma = _solve(problem, open_corners(ready.robot, ready.model, ready.samples, threads))
+    theta, covariance, sigma = solve(problem, open_corners(ready.robot, ready.model, ready.samples, threads))
 
     placed = moved(ready.robot, ready.alignment.T_world_base, ready.alignment.T_flange_tool)
     values = theta[own:]
@@ -124,11 +112,41 @@ def from_payload_pairs(
         parameters=parameters,
         covariance=covariance,
         sigma=sigma,
-        posture_count=len(np.unique(posture)),
-        row_count=len(data),
+        posture_count=len(np.unique(problem.posture)),
+        row_count=len(problem.posture),
         before=problem.residuals(without).reshape(-1, 3),
         after=problem.residuals(theta).reshape(-1, 3),
     )
+
+
+def differences(
+    robot: Robot, data: Dataset, effects: str | Sequence[str], threads: int
+) -> tuple[CalibrationProblem, Differences]:
+    """The rows whose posture has several payloads; arguments and errors as of `from_payload_pairs`."""
+    data, position, posture = rows_in_pairs(data)
+    ready = prepare(robot, data, effects=effects, threads=threads)
+    own = len(ready.model.robot.parameters)
+    if any(i < own and ready.model.parameters[i].owner not in ("base", "tool") for i in ready.asked):
+        raise InvalidInput("geometry cancels between payloads; ask for effects of load alone")
+    if len(ready.model.parameters) == own:
+        raise InvalidInput("there is no effect to identify")
+    return ready, Differences(ready.model, ready.samples, position, posture, threads)
+
+
+def rows_in_pairs(data: Dataset) -> tuple[Dataset, FloatArray, IntArray]:
+    """The rows whose posture has several payloads, their points (N, 3) [m] and the number (N,) of their posture.
+
+    Raises:
+        InvalidInput: No point was measured, or no posture has two payloads.
+    """
+    if data.position is None:
+        raise InvalidInput(f"{data.source}: payload pairs need measured points x_mm y_mm z_mm")
+    load = data.payload[:, None] if data.wrench is None else np.column_stack([data.payload, data.wrench])
+    posture = same_posture(data.q, load, ~np.isnan(data.position).any(axis=1))
+    position, rows, posture = data.position[posture >= 0], data.select(posture >= 0), posture[posture >= 0]
+    if not len(rows):
+        raise InvalidInput(f"{data.source}: no posture was measured with two payloads")
+    return rows, position, posture
 
 
 def same_posture(q: FloatArray, load: FloatArray, known: ArrayLike) -> IntArray:
@@ -153,7 +171,7 @@ def same_posture(q: FloatArray, load: FloatArray, known: ArrayLike) -> IntArray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Differences:
+class Differences:
     """Residuals of all rows, less their posture's mean."""
 
     model: _core.ErrorModel
@@ -187,7 +205,7 @@ class _Differences:
         return 3 * (rows - postures) - (len(self.model.parameters) - len(self.model.robot.parameters))
 
 
-def _solve(problem: _Differences, corners: list[Corners]) -> tuple[FloatArray, FloatArray, float]:
+def solve(problem: Differences, corners: list[Corners]) -> tuple[FloatArray, FloatArray, float]:
     """Parameters (all of the model), covariance of the effects', noise of a coordinate [m]."""
     model = problem.model
     own = len(model.robot.parameters)

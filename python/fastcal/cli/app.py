@@ -40,6 +40,7 @@ GROUPS = {
         "evaluate": "models:evaluate",
         "train": "train:train",
         "drop": "drop:drop",
+        "compliance": "compliance:compliance",
     },
     "Plan": {
         "design": "design:design",

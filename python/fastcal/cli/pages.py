@@ -17,18 +17,8 @@ from fastcal.cli.signatures import with_options
 
 WITH_PAGE = frozenset(
     (
-        "calibrate",
-        "diagnose",
-        "check",
-        "update",
-        "compare",
-        "history",
-        "train",
-        "accept",
-        "fleet",
-        "paper",
-        "demo",
-        "detect",
+        *("calibrate", "diagnose", "compliance", "check", "update", "compare", "history", "train", "accept", "fleet"),
+        *("paper", "demo", "detect"),
     )
 )
 _CLOCK = 2.0  # s; times of files may be as coarse as this

@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Does a straight line bend somewhere? The largest of many nested F tests, with the chances of the largest.
+
+Without a corner its place means nothing, so that the F statistic of the best place has no F distribution (R. B. Davies
+1977): searched for, a corner comes out significant far too often. Here the distribution of the largest is drawn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+DRAWS = 20_000
+_NOTHING = 1e-6  # of a column: what is left of it behind the others is no direction of its own
+
+
+def corner_p(r: FloatArray, A: FloatArray, B: FloatArray, freedom: int, seed: int = 0) -> float:
+    """Chance of a largest F at least as large as the one seen, without a corner and with normal noise.
+
+        F_c = z_c^2 / ((|r|^2 - z_c^2) / (freedom - 1)),   z_c = u_c . r,   u_c = b_c behind A, of length 1
+
+    Args:
+        r: (n,) residuals of the straight fit.
+        A: (n, p) its columns.
+        B: (n, c) the column that a corner adds, for each place that is tried.
+        freedom: Of r: measured numbers less what was fitted.
+        seed: Of the draws.
+
+    Returns:
+        Between 1 / (DRAWS + 1) and 1; 1 where no place adds anything.
+    """
+    length = np.linalg.norm(A, axis=0)
+    Q, triangle = np.linalg.qr(A[:, length > 0] / length[length > 0])
+    Q = Q[:, np.abs(np.diag(triangle)) > _NOTHING]
+    behind = B - Q @ (Q.T @ B)
+    sizes, whole = np.linalg.norm(behind, axis=0), np.linalg.norm(B, axis=0)
+    kept = sizes > _NOTHING * np.maximum(whole, np.finfo(float).tiny)
+    if not kept.any() or freedom < 2:
+        return 1.0
+    U = behind[:, kept] / sizes[kept]
+    r = r - Q @ (Q.T @ r)
+    seen = float(np.max((U.T @ r) ** 2) / (r @ r))
+    # U' g for white g, and |g|^2 of it: coordinates in the span of U, and what is outside.
+    values, directions = np.linalg.eigh(U.T @ U)
+    own = values > _NOTHING * values[-1]
+    root = directions[:, own] * np.sqrt(values[own])
+    random = np.random.default_rng((seed, 31))
+    inside = random.standard_normal((DRAWS, root.shape[1]))
+    outside = random.chisquare(max(freedom - root.shape[1], 1), DRAWS)
+    largest = np.max((inside @ root.T) ** 2, axis=1) / (np.sum(inside**2, axis=1) + outside)
+    return float((1 + np.sum(largest >= seen)) / (1 + DRAWS))  # F rises with z^2 / |r|^2

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""`fastcal compliance`: how far the joints give under load, from the same postures under several payloads."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import typer
+
+from fastcal.cli.console import emit, progress, say
+from fastcal.cli.options import DataFiles, OutFolder, RobotFile, Threads
+
+FILES = ("model.yaml", "compliance.json", "report.html")
+
+
+def compliance(
+    robot: RobotFile,
+    data: DataFiles,
+    output: OutFolder,
+    joints: Annotated[
+        str, typer.Option(metavar="N,N,...", help="Which may give; default: all that turn and feel the payloads.")
+    ] = "",
+    torque: Annotated[
+        Literal["all", "payload"], typer.Option(help="What bends a joint: all weights, or the payload alone.")
+    ] = "all",
+    level: Annotated[
+        float, typer.Option(min=1e-4, max=0.5, help="A corner is taken where its chance without one is below.")
+    ] = 0.01,
+    threads: Threads = 1,
+) -> None:
+    """Identify how far joints give under load.
+
+    The same postures are measured under several payloads: in their differences geometry and gears cancel. A joint gets
+    a second, stiffer or softer piece only where a test finds its corner.
+    """
+    from fastcal.calibration.compliance import identify_compliance
+    from fastcal.errors import InvalidInput
+    from fastcal.io.atomic import write_text
+    from fastcal.io.folder import atomic_folder, check_folder
+    from fastcal.io.measurements import load_measurements
+    from fastcal.io.results import write_json
+    from fastcal.io.robot_file import load_robot
+    from fastcal.measurements.dataset import Dataset
+    from fastcal.report.compliance_report import compliance_page
+
+    try:
+        asked = [int(part) for part in joints.split(",")] if joints else None
+    except ValueError:
+        raise InvalidInput(f"--joints takes numbers of joints such as 2,3,5, got '{joints}'") from None
+    check_folder(output, FILES)
+    arm = load_robot(robot)
+    rows = Dataset.concatenate([load_measurements(file, arm) for file in data])
+    with progress() as show:
+        show("comparing the payloads of each posture")
+        found = identify_compliance(arm, rows, joints=asked, torque=torque, level=level, threads=threads)
+    content = found.to_json_dict()
+    with atomic_folder(output, owned=FILES) as folder:
+        found.pairs.model.save(folder / "model.yaml")
+        write_json(folder / "compliance.json", content)
+        write_text(folder / "report.html", compliance_page(found, arm.name))
+    for joint in content["joints"]:
+        values = ", ".join(f"{name} {value['value']:.4g}" for name, value in joint["parameters"].items())
+        say(f"{joint['owner']}: {'a corner' if joint['corner'] else 'no corner'} (p {joint['p']:.2g}); {values}")
+    say(str(output / "report.html"))
+    emit(content)
