@@ -143,7 +143,7 @@ def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[in
         "type": "scatter", "mode": "text", "hoverinfo": "skip",
         "x": [x for _, x in cells], "y": [y for y, _ in cells],
         "text": [fixed(float(np.floor(100 * size[cell] + 1e-9)) / 100, 2).removeprefix("0") for cell in cells],
-        "textfont": {"size": 11, "color": ["#fff" if size[cell] > 0.97 else figures.INK for cell in cells]},
+        "textfont": {"size": 11, "color": ["#fefefe" if size[cell] > 0.97 else figures.INK for cell in cells]},
     }  # fmt: skip
     numbers, spelled = [str(k + 1) for k in range(n)], [capitalised(name) for name in names]
     ticks = {"tickvals": list(range(n)), "ticktext": numbers, "showgrid": False, "side": "top"}

@@ -6,12 +6,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.report import calibration_page
+from fastcal.report.figures import DARK, INK
 
 MakeResult = Callable[..., CalibrationResult]
 
@@ -196,6 +198,26 @@ def test_every_chart_has_a_text_alternative(browser: Any, page: str) -> None:
     seen = browser.probe(page, script)
     assert len(seen) >= 10
     assert all(role == "img" and length > 30 for role, length in seen)
+
+
+def test_everybody_can_use_it_in_light_and_dark(fit_for_all: Callable[[str], None], make_result: MakeResult) -> None:
+    fit_for_all(calibration_page(make_result(), simulated=True))
+
+
+def test_a_dark_screen_has_dark_drawings_and_paper_none(chromium: Any, page: str, tmp_path: Path) -> None:
+    """Every drawing takes the colours of the screen, and those of paper while it is printed."""
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    shown = chromium.new_page(color_scheme="dark")
+    shown.goto((tmp_path / "page.html").as_uri())
+    shown.locator('body[data-state="ready"]').wait_for(timeout=120_000)
+    look = """() => [...new Set([...document.querySelectorAll(".plot[data-state=drawn]")].map((plot) =>
+        [plot._fullLayout.paper_bgcolor, plot._fullLayout.font.color].join()))]"""
+    assert shown.evaluate(look) == [f"{DARK['#fff']},{DARK[INK]}"]
+    shown.evaluate("dispatchEvent(new Event('beforeprint'))")
+    shown.wait_for_function(f"({look})().join() === '#fff,{INK}'")
+    shown.evaluate("dispatchEvent(new Event('afterprint'))")
+    shown.wait_for_function(f"({look})().join() === '{DARK['#fff']},{DARK[INK]}'")
+    shown.close()
 
 
 def test_the_contents_lead_to_every_section(page: str) -> None:

@@ -157,6 +157,10 @@ def test_in_a_browser_every_figure_is_drawn_and_the_console_is_quiet(found: Diag
     assert 'data-state="ready"' in done.stdout
 
 
+def test_everybody_can_use_it_in_light_and_dark(found: Diagnosis, fit_for_all) -> None:
+    fit_for_all(diagnosis_page(found))
+
+
 def test_many_causes_print_on_four_sheets(browser, found: Diagnosis, tmp_path: Path) -> None:
     """The first eight with their names and sizes, the first one's figure; the screen has all."""
     (finding,) = found.effects

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import functools
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -21,7 +20,7 @@ import pytest
 SHOTS = os.environ.get("FASTCAL_STUDIO_SHOTS")
 # Plotly measures a chart that the page has just taken away, or has nothing to draw a scene with.
 HARMLESS = ("Resize must be passed a displayed plot div element", "WebGL")
-PATIENCE, SHORT = 120_000, 15_000  # [ms] on a busy machine
+PATIENCE, SHORT = 120_000, 15_000  # [ms] on a busy machine; the former also of the browser's start
 
 
 @dataclass
@@ -133,25 +132,6 @@ def patiently(test: Callable[..., None]) -> Callable[..., None]:
 def studio_in() -> Any:
     """Starts a studio in a folder, with options of the command."""
     return start
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """Debian's Chromium, driven by Playwright."""
-    playwright = pytest.importorskip("playwright.sync_api")
-    command = shutil.which("chromium") or shutil.which("google-chrome")
-    if command is None:
-        if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
-            pytest.fail("no chromium on this machine (Debian: apt-get install chromium)")
-        pytest.skip("no chromium on this machine")
-    # Drawn in software, scenes in space cost more than all else: only where somebody will look at them.
-    drawn = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-    flags = ["--no-sandbox", *(drawn if SHOTS else ["--disable-gpu", "--disable-3d-apis"])]
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=command, args=flags, timeout=PATIENCE)
-        browser.timeout = playwright.TimeoutError
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

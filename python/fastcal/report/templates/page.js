@@ -11,6 +11,45 @@ const PHONE = 560; // as in page.css
 const plots = [...document.querySelectorAll(".plot")];
 const drawn = plots.map(() => false);
 
+// Colours of a drawing on a dark screen; paper is always white.
+const DARK = JSON.parse(document.body.dataset.dark);
+const prefersDark = matchMedia("(prefers-color-scheme: dark)");
+const [sees, from] = [Object.keys(DARK), (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16)).join()];
+const TRANSLUCENT = Object.fromEntries(sees.filter((each) => each.length === 7).map((each) => [from(each), from(DARK[each])]));
+
+function darkened(value) {
+  if (typeof value === "string") {
+    if (value in DARK) return DARK[value];
+    const [, colour, rest] = /^rgba\((\d+,\d+,\d+)(,.*)$/.exec(value) ?? [];
+    return colour ? (DARK[`rgba(${colour}`] ?? `rgba(${TRANSLUCENT[colour] ?? colour}`) + rest : value;
+  }
+  if (Array.isArray(value)) return value.map(darkened);
+  if (value === null || typeof value !== "object") return value;
+  return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, darkened(part)]));
+}
+
+function drawing(plot, onPaper = false) {
+  const content = JSON.parse(plot.nextElementSibling.textContent);
+  if (prefersDark.matches && !onPaper) [content.data, content.layout] = darkened([content.data, content.layout]);
+  return content;
+}
+
+function colourKeys(onPaper = false) {
+  for (const mark of document.querySelectorAll(".key [fill], .key [stroke]")) {
+    const name = mark.hasAttribute("fill") ? "fill" : "stroke";
+    mark.dataset.colour ??= mark.getAttribute(name);
+    mark.setAttribute(name, prefersDark.matches && !onPaper ? darkened(mark.dataset.colour) : mark.dataset.colour);
+  }
+}
+
+async function redraw(chosen, onPaper = false) {
+  colourKeys(onPaper);
+  for (const plot of chosen) {
+    const { data, layout } = drawing(plot, onPaper);
+    await Plotly.react(plot, data, layout);
+  }
+}
+
 function say(plot, text) {
   const message = document.createElement("div");
   message.className = "message";
@@ -45,7 +84,7 @@ async function draw(plot, place) {
     if (views) views.open = true;
     return;
   }
-  const { data, layout, narrow, postures, links } = JSON.parse(plot.nextElementSibling.textContent);
+  const { data, layout, narrow, postures, links } = drawing(plot);
   const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
     modeBarButtons: [["resetCameraDefault3d"]] };
   await Plotly.newPlot(plot, data, layout, config);
@@ -135,29 +174,30 @@ function fold(button) {
   document.getElementById(button.getAttribute("aria-controls")).hidden = isOpen;
 }
 
-function toPaper() {
+const flat = () => plots.filter((plot, place) => drawn[place] && plot.dataset.kind !== "scene");
+
+async function toPaper() {
   for (const details of document.querySelectorAll("details")) {
     details.dataset.wasOpen = details.open;
     details.open = true;
   }
-  plots.forEach((plot, place) => {
-    if (!drawn[place] || plot.dataset.kind === "scene") return;
+  if (prefersDark.matches) await redraw(flat(), true);
+  for (const plot of flat()) {
     const columns = Number(/columns-(\d)/.exec(plot.closest(".figure").className)[1]);
     const width = Math.floor(((PAPER_WIDTH + PAPER_GAP) * columns) / 6 - PAPER_GAP);
     const height = Number(plot.dataset.paper) || Math.min(plot.offsetHeight, Math.round(PAPER_ASPECT[columns] * width));
     plot.style.setProperty("--paper-height", `${height}px`);
     Plotly.relayout(plot, { width, height, "font.size": 10, "xaxis.title.font.size": 10, "yaxis.title.font.size": 10 });
-  });
+  }
 }
 
-function toScreen() {
+async function toScreen() {
   for (const details of document.querySelectorAll("details")) details.open = details.dataset.wasOpen === "true";
-  plots.forEach((plot, place) => {
-    if (drawn[place] && plot.dataset.kind !== "scene") {
-      Plotly.relayout(plot, { autosize: true, width: null, height: null, "font.size": 12,
-        "xaxis.title.font.size": 12, "yaxis.title.font.size": 12 });
-    }
-  });
+  if (prefersDark.matches) await redraw(flat());
+  for (const plot of flat()) {
+    Plotly.relayout(plot, { autosize: true, width: null, height: null, "font.size": 12,
+      "xaxis.title.font.size": 12, "yaxis.title.font.size": 12 });
+  }
 }
 
 // What is wider than a phone stands cell below cell there, as tables do that Table.is_wordy knows to be wide.
@@ -187,7 +227,9 @@ async function main() {
     plots.forEach((plot) => say(plot, document.body.dataset.oldBrowser));
     return;
   }
+  colourKeys();
   for (const [place, plot] of plots.entries()) await draw(plot, place);
+  prefersDark.addEventListener("change", () => redraw(plots.filter((_plot, place) => drawn[place])));
   addEventListener("beforeprint", toPaper);
   addEventListener("afterprint", toScreen);
   document.body.dataset.state = "ready";
