@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fastcal.measurements.kinds import POINTS
 from fastcal.report.language import _
-from fastcal.report.view import Rows
+from fastcal.report.view import Rows, Variable
 from fastcal.robot.controller_robot import GEOMETRY
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
@@ -39,6 +39,8 @@ class Arm:
         contributions: (n,) [mm] at the tool, see `contributions`; None where there is nothing to compare.
         rows: Of each posture its set and its row in that set's file.
         labels: The same in words.
+        variables: What postures can be chosen by, a value a posture.
+        stations: Names of the values of the variable `station`.
     """
 
     points: Array
@@ -46,6 +48,8 @@ class Arm:
     contributions: Array | None
     rows: list[tuple[int, int]]
     labels: list[str]
+    variables: list[Variable] = field(default_factory=list)
+    stations: tuple[str, ...] = ()
 
     def pick(self, chosen: NDArray[np.intp]) -> Arm:
         """Some of the postures."""
@@ -55,6 +59,8 @@ class Arm:
             self.contributions,
             [self.rows[k] for k in chosen],
             [self.labels[k] for k in chosen],
+            [replace(variable, values=variable.values[chosen]) for variable in self.variables],
+            self.stations,
         )
 
 
@@ -67,10 +73,12 @@ def arm_of(model: Robot, before: Robot, sets: Sequence[tuple[Rows | None, Evalua
         sets: Rows and the evaluation that they are of, training first; None where there are none.
     """
     q, numbers, labels = [], [], []
+    drawn = []
     for k, (rows, of) in enumerate(sets):
         if rows is None or of is None:
             continue
         places = np.flatnonzero(rows.with_arrows)
+        drawn.append((rows, of, places))
         q.append(of.data.q[places])
         numbers += [(k, int(row)) for row in rows.numbers[places]]
         labels += [_("{set}, row {row}", set=rows.name, row=int(row)) for row in rows.numbers[places]]
@@ -78,7 +86,26 @@ def arm_of(model: Robot, before: Robot, sets: Sequence[tuple[Rows | None, Evalua
         return None
     points, joints = skeleton(model, np.vstack(q))
     judged = next(of for _rows, of in sets if of is not None)
-    return Arm(points, joints, contributions(model, before, judged.data), numbers, labels)
+    stations = next((of.data.station_names for _rows, of in sets if of is not None), ())
+    contributed = contributions(model, before, judged.data)
+    return Arm(points, joints, contributed, numbers, labels, _variables(drawn), stations)
+
+
+def _variables(drawn: Sequence[tuple[Rows, Evaluation, NDArray[np.intp]]]) -> list[Variable]:
+    """What differs between the rows that are drawn of each set; stations where all sets have the same."""
+    found = []
+    for variable in drawn[0][0].variables:
+        own = [{each.name: each.values for each in (*rows.joints, *rows.conditions)} for rows, _of, _places in drawn]
+        parts = [
+            values[variable.name][places] if variable.name in values else np.full(len(places), np.nan)
+            for values, (_rows, _of, places) in zip(own, drawn, strict=True)
+        ]
+        found.append(replace(variable, values=np.concatenate(parts)))
+    codes = [(of.data.station, of.data.station_names, places) for _rows, of, places in drawn]
+    if len(codes[0][1]) > 1 and all(names == codes[0][1] for _codes, names, _places in codes):
+        values = np.concatenate([np.asarray(station, float)[places] for station, _names, places in codes])
+        found.append(Variable("station", _("station"), "", values))
+    return found
 
 
 def checked_arm(found: CheckResult) -> tuple[Array, Array, Arm] | None:

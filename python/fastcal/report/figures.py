@@ -65,6 +65,8 @@ class Figure:
         names: What the numbers on a narrow figure's axes stand for, from 1.
         links: Where a click on the k-th line of a matrix leads: ids of the page.
         postures: Of a scene with an arm: what its slider shows in each position, see `workspace.scene`.
+        rows: Of a panel whose `traces` have a point a row of the training data, its number as customdata: a click
+            chooses the row everywhere, and the trace `mark` shows what was chosen elsewhere.
     """
 
     id: str
@@ -85,6 +87,7 @@ class Figure:
     names: list[str] = field(default_factory=list)
     links: list[str] = field(default_factory=list)
     postures: dict[str, Any] = field(default_factory=dict)
+    rows: dict[str, Any] = field(default_factory=dict)
 
 
 def marked(figure: Figure, badge: str, weight: int) -> Figure:

@@ -267,6 +267,10 @@ def _postures(arm: Arm, positions: Array, worst: int) -> dict[str, Any]:
         "measured": _coordinates(positions),
         "labels": arm.labels,
         "rows": [f"{of}:{row}" for of, row in arm.rows],
+        "filters": [
+            {"label": v.label, "values": v.values, "texts": list(arm.stations) if v.name == "station" else []}
+            for v in arm.variables
+        ],
     }
 
 

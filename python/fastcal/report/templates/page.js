@@ -84,12 +84,13 @@ async function draw(plot, place) {
     if (views) views.open = true;
     return;
   }
-  const { data, layout, narrow, postures, links } = drawing(plot);
+  const { data, layout, narrow, postures, links, rows } = drawing(plot);
   const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
     modeBarButtons: [["resetCameraDefault3d"]] };
   await Plotly.newPlot(plot, data, layout, config);
   if (plot.clientWidth < NARROW && Object.keys(narrow).length) await Plotly.relayout(plot, narrow);
-  if (postures?.rows) followPostures(plot, postures);
+  if (postures?.rows) followPostures(plot, postures, data);
+  if (rows?.traces) followRows(plot, rows, data);
   if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
   drawn[place] = true;
   plot.dataset.state = "drawn";
@@ -103,18 +104,40 @@ function leadTo(id) {
   part.scrollIntoView({ behavior: "smooth" });
 }
 
-// Single precision in base64, as page.py writes arrays.
-function unpacked({ bdata }) {
-  return new Float32Array(Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0)).buffer);
+// Single precision, or whole numbers, in base64, as page.py writes arrays.
+function unpacked({ bdata, dtype }) {
+  const { buffer } = Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0));
+  return dtype === "i4" ? new Int32Array(buffer) : new Float32Array(buffer);
 }
 
-// The slider, a click on a measured point and a click on a row of the outliers move the arm to a posture.
-function followPostures(plot, { points, measured, width, joints, traces, labels, rows, shown }) {
+// A row is chosen by the slider, a click on a point, an arrow or a line of the outliers; every drawing then shows it.
+const chooses = [];
+function choose(row) {
+  for (const line of document.querySelectorAll("tr[data-row]")) line.classList.toggle("chosen", line.dataset.row === row);
+  for (const show of chooses) show(row);
+}
+
+// A panel with a point a row of the training data.
+function followRows(plot, { traces, mark }, data) {
+  const series = traces.map((t) => ({ x: unpacked(data[t].x), y: unpacked(data[t].y), rows: unpacked(data[t].customdata) }));
+  plot.on("plotly_click", ({ points: [hit] }) => traces.includes(hit.curveNumber) && choose(`0:${hit.customdata}`));
+  let later;
+  chooses.push((row) => {
+    const [set, number] = row.split(":").map(Number);
+    const at = series.map(({ rows }) => (set === 0 ? rows.indexOf(number) : -1));
+    const [x, y] = ["x", "y"].map((axis) => at.flatMap((k, s) => (k < 0 ? [] : [series[s][axis][k]])));
+    clearTimeout(later); // a slider that moves asks for many
+    later = setTimeout(() => Plotly.restyle(plot, { x: [x], y: [y] }, [mark]), 60);
+  });
+}
+
+// The arm and the arrows: the chosen row's posture, and only the poses that the filter leaves.
+function followPostures(plot, { points, measured, width, joints, traces, labels, rows, shown, filters }, data) {
   const axes = ["x", "y", "z"];
   const at = Object.fromEntries(axes.map((axis) => [axis, unpacked(points[axis])]));
   const point = Object.fromEntries(axes.map((axis) => [axis, unpacked(measured[axis])]));
   const [slider, said] = ["input", "output"].map((name) => plot.closest(".figure").querySelector(`.posture ${name}`));
-  const linked = [...document.querySelectorAll("tr[data-row]")];
+  let kept = rows.map(() => true);
   const show = (k) => {
     const parts = {};
     for (const axis of axes) {
@@ -124,21 +147,65 @@ function followPostures(plot, { points, measured, width, joints, traces, labels,
     Plotly.restyle(plot, parts, traces);
     slider.value = k;
     said.textContent = labels[k];
-    for (const row of linked) row.classList.toggle("chosen", row.dataset.row === rows[k]);
   };
-  slider.addEventListener("input", () => show(Number(slider.value)));
+  const near = (k) => {
+    for (let d = 0; d < rows.length; d++) for (const at of [k + d, k - d]) if (kept[at]) return at;
+    return k;
+  };
+  chooses.push((row) => rows.includes(row) && show(rows.indexOf(row)));
+  slider.addEventListener("input", () => choose(rows[near(Number(slider.value))]));
   plot.on("plotly_click", ({ points: [hit] }) => {
-    if (hit.pointNumber < rows.length && !traces.includes(hit.curveNumber) && hit.data.mode === "markers") show(hit.pointNumber);
+    if (hit.pointNumber < rows.length && !traces.includes(hit.curveNumber) && hit.data.mode === "markers") choose(rows[hit.pointNumber]);
   });
-  for (const row of linked) {
-    const k = rows.indexOf(row.dataset.row);
-    if (k < 0) continue;
-    row.addEventListener("click", () => {
-      show(k);
+  for (const line of document.querySelectorAll("tr[data-row]")) {
+    if (!rows.includes(line.dataset.row)) continue;
+    line.addEventListener("click", () => {
+      choose(line.dataset.row);
       plot.scrollIntoView({ behavior: "smooth", block: "center" });
     });
   }
-  show(shown);
+  const arrows = data.flatMap(({ x }, t) => (x.bdata && !traces.includes(t) ? [[t, unpacked(x)]] : []));
+  followFilter(plot.closest(".figure").querySelector(".filter"), filters ?? [], (chosen) => {
+    kept = chosen;
+    const left = ([, x]) => x.map((value, k) => (kept[Math.floor((k * rows.length) / x.length)] ? value : NaN));
+    Plotly.restyle(plot, { x: arrows.map(left) }, arrows.map(([t]) => t));
+  });
+  choose(rows[shown]);
+}
+
+// A variable and its range; `tell` gets which poses are in it.
+function followFilter(part, filters, tell) {
+  if (!part) return;
+  const [choice, said] = [part.querySelector("select"), part.querySelector("output")];
+  const ends = [...part.querySelectorAll("input")];
+  const short = (value) => Number(value.toPrecision(4)).toLocaleString(document.documentElement.lang);
+  const values = filters.map((each) => unpacked(each.values));
+  const filter = () => {
+    const own = values[choice.value];
+    if (!own) return;
+    const [low, high] = ends.map((end) => Number(end.value)).sort((a, b) => a - b);
+    const slack = 1e-6 * (Math.abs(low) + Math.abs(high)); // a range input rounds
+    const kept = [...own].map((value) => value >= low - slack && value <= high + slack);
+    const { texts } = filters[choice.value];
+    const [from, to] = texts.length ? [texts[Math.ceil(low)], texts[Math.floor(high)]] : [short(low), short(high)];
+    const words = { low: from, high: to, some: kept.filter(Boolean).length, all: kept.length };
+    said.textContent = said.dataset.text.replace(/\{(\w+)\}/g, (_all, name) => words[name]);
+    tell(kept);
+  };
+  choice.addEventListener("change", () => {
+    const own = choice.value === "" ? null : [...values[choice.value]].filter(Number.isFinite);
+    for (const [k, end] of ends.entries()) {
+      end.parentElement.hidden = !own;
+      if (!own) continue;
+      [end.min, end.max] = [Math.min(...own), Math.max(...own)];
+      end.step = filters[choice.value].texts.length ? 1 : "any";
+      end.value = k ? end.max : end.min;
+    }
+    said.textContent = "";
+    if (own) filter();
+    else tell([...values[0]].map(() => true));
+  });
+  for (const end of ends) end.addEventListener("input", filter);
 }
 
 function switchTraces(button) {
