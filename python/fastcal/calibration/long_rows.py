@@ -53,9 +53,7 @@ def judged_on_all(
                 sums.setdefault(kind.name, ErrorSums()).add(whole_sizes(kind, numbers).ravel())
     was, now = ({name: sums.statistics() for name, sums in each.items()} for each in (first, last))
     kinds = judged_on(some.kinds, was, now)
-    return replace(
-        some, before=was.get(POINTS), after=now.get(POINTS), kinds=kinds, rows=rows, all_rows=len(data)
-    )
+    return replace(some, before=was.get(POINTS), after=now.get(POINTS), kinds=kinds, rows=rows, all_rows=len(data))
 
 
 def covered_by_all(robot: Robot, data: LongDataset) -> dict[str, tuple[float, float]]:

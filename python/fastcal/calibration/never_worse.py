@@ -64,9 +64,7 @@ class Errors:
         """(N, kinds) lengths of the errors, NaN where not measured."""
         p = self._problem
         r = np.asarray(_core.residuals(p.model, p.samples, p.measured, theta, p.threads))
-        parts = [
-            r[:, of.first_number : of.first_number + len(of.components)] for of in p.measured.observations
-        ]
+        parts = [r[:, of.first_number : of.first_number + len(of.components)] for of in p.measured.observations]
         return np.column_stack([np.linalg.norm(part, axis=1) for part in parts])
 
     def of(self, theta: FloatArray) -> FloatArray:

@@ -45,9 +45,7 @@ class Placement:
     @staticmethod
     def of(found: _core.Alignment) -> Placement:
         """The rigid fit."""
-        return Placement(
-            np.asarray(found.T_world_base), np.asarray(found.T_flange_tool), np.asarray(found.unknowns)
-        )
+        return Placement(np.asarray(found.T_world_base), np.asarray(found.T_flange_tool), np.asarray(found.unknowns))
 
 
 def by_points(robot: Robot, data: Dataset, of_all: Placement, threads: int = 1) -> Placement:

@@ -102,9 +102,7 @@ class _Step:
     left: float
 
 
-def _steps(
-    J: FloatArray, motions: list[FloatArray], residual: FloatArray, row: IntArray, alone: float
-) -> list[_Step]:
+def _steps(J: FloatArray, motions: list[FloatArray], residual: FloatArray, row: IntArray, alone: float) -> list[_Step]:
     """As many changes as are needed, in the order in which they were found; the last one's cost is that of all."""
     found: list[_Step] = []
     needed, cost = 0, alone

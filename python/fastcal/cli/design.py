@@ -104,9 +104,7 @@ def design(
         )
     poses = design_candidates(found)
     speed = speed_percent / 100
-    files, notes = write_poses_and_program(
-        output, poses, arm, place, surroundings=around, dwell_s=dwell_s, speed=speed
-    )
+    files, notes = write_poses_and_program(output, poses, arm, place, surroundings=around, dwell_s=dwell_s, speed=speed)
     _say(found, separate)
     for line in [*(f"program: {file}" for file in files[1:]), *notes]:
         say(line)

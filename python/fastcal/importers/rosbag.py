@@ -211,9 +211,7 @@ def _by_standstill(
     """A row of joints and the mean pose for each standstill of the joints in which poses were measured, and notes."""
     at, q = joints.times, joints.q
     still = [
-        (start, end, core(start, end))
-        for start, end in standstills(q, _STILL)
-        if at[end - 1] - at[start] >= _SHORTEST
+        (start, end, core(start, end)) for start, end in standstills(q, _STILL) if at[end - 1] - at[start] >= _SHORTEST
     ]
     windows = np.array([(at[middle][0], at[middle][-1]) for _, _, middle in still]).reshape(len(still), 2)
     late, may_be_another = delay(windows, seen, x[:, :3])
@@ -232,7 +230,8 @@ def _by_standstill(
         notes.append(
             f"the clock of the poses is {abs(late):.2f} s {'late' if late > 0 else 'early'} against that of the "
             "joints, which is taken into account: so the measured point stands still where the joints do"
-            + "; one of a whole pose more would look alike, which --robot ROBOT tells apart" * ask
+            + "; one of a whole pose more would look alike, which --robot ROBOT tells apart"
+            * ask
         )
     if restless:
         moved = f"in {restless} of {restless + len(rows)} standstills of the joints the measured point still moves, by "

@@ -39,7 +39,6 @@ METHODS: dict[str, tuple[type, ...]] = dict.fromkeys(
 ) | {"get": (dict,), "items": (dict,), "keys": (dict,), "values": (dict,), "index": (str, list), "count": (str, list)}
 
 
-
 def _power(base: Any, exponent: Any) -> Any:
     """`base ** exponent`, unless it is an integer of more than MOST_BITS bits."""
     if isinstance(base, int) and isinstance(exponent, int) and base.bit_length() * exponent > MOST_BITS:

@@ -162,9 +162,7 @@ class Joints:
         every_choice = np.concatenate(parts)
         return every_choice[..., 0], 4 * QUARTER / zeros * every_choice[..., 1]
 
-    def _turned(
-        self, structures: FloatArray, choices: tuple[IntArray, FloatArray]
-    ) -> tuple[FloatArray, FloatArray]:
+    def _turned(self, structures: FloatArray, choices: tuple[IntArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Every structure (B, n, n) with every choice of signs and zeros (K, n), as matrices and zeros."""
         matrices = choices[0][np.newaxis, :, :, np.newaxis] * structures[:, np.newaxis]
         zeros = np.broadcast_to(choices[1], matrices.shape[:3])

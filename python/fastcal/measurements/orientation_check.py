@@ -95,12 +95,7 @@ class Turns:
     def _other_joints(self, measured: FloatArray, as_read: float) -> Iterator[Found]:
         joints = self.points.joints
         maps = joints.simple if as_read <= SEVERAL_TURN else joints.several if self.base is None else joints.pairs
-        bounds = np.concatenate(
-            [
-                turn_bounds(self._arm(some), measured)
-                for some in maps.parts(_AT_ONCE)
-            ]
-        )
+        bounds = np.concatenate([turn_bounds(self._arm(some), measured) for some in maps.parts(_AT_ONCE)])
         for k in np.argsort(bounds, kind="stable")[:_FITTED].tolist():
             if bounds[k] < SIMILAR * as_read / BETTER_BY and self._points_allow(maps[k]):
                 write = tuple(joints.formulas(maps[k]))

@@ -205,9 +205,7 @@ def reasons(
     ]
     for fit in others:
         found, wanted = (fit.kind.text(size) for size in (fit.found.rms, fit.expected_rms))
-        out.append(
-            _("{kind}: RMS {found}, {wanted} expected", kind=_(fit.kind.plural), found=found, wanted=wanted)
-        )
+        out.append(_("{kind}: RMS {found}, {wanted} expected", kind=_(fit.kind.plural), found=found, wanted=wanted))
     for place in places:
         motion = place.to_json_dict()
         xyz, rpy = listed_numbers(motion["xyz_mm"], 2), listed_numbers(motion["rpy_deg"], 3)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.measurements.kinds import POINTS
+from fastcal.report.figures import spread_rows
 from fastcal.report.language import _
 from fastcal.report.view import Rows, Variable
 from fastcal.robot.controller_robot import GEOMETRY
@@ -19,13 +20,17 @@ from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
 if TYPE_CHECKING:
+    from fastcal.acceptance import Acceptance
     from fastcal.calibration.evaluation import Evaluation
     from fastcal.measurements.dataset import Dataset
+    from fastcal.monitoring.compare import Comparison
     from fastcal.monitoring.result import CheckResult
+    from fastcal.report.parameter_sizes import Moved
 
 Array = NDArray[np.float64]
 
 _APART = 0.5  # [mm] frames that are nearer than this in every posture are drawn as one point
+_MOST_COMPARED = 200  # postures of a comparison
 _MOST_ROWS = 500  # that contributions are found from
 
 
@@ -132,6 +137,40 @@ def checked_arm(found: CheckResult) -> tuple[Array, Array, Arm] | None:
     labels = [_("row {row}", row=int(row)) for row in kept]
     arm = Arm(points, joints, contributed, [(0, int(row)) for row in kept], labels)
     return np.asarray(from_si(found.data.position[kept], "mm")), np.asarray(from_si(errors[kept], "mm")), arm
+
+
+def compared_arm(found: Comparison, moved: Sequence[Moved]) -> tuple[Array, Array, Arm]:
+    """Points of the first model, the way to the second's (R, 3) [mm] and the arm there, in the first one's base.
+
+    A joint's contribution is how far its significant differences move the tool, root of their squares' sum.
+    """
+    chosen = spread_rows(len(found.q), _MOST_COMPARED)
+    model = found.first
+    points, joints = skeleton(model, found.q[chosen])
+    T = np.asarray(model.core.base_and_tool(model.core.nominal)[0])
+    points = (points - from_si(T[:3, 3], "mm")) @ T[:3, :3]
+    square = np.zeros(model.joint_count)
+    for m in moved:
+        for i in range(model.joint_count):
+            if m.parameter.owner == f"joint{i + 1}" and m.is_significant:
+                square[i] += m.size**2
+    contributed = np.sqrt(square) if square.any() else None
+    labels = [_("posture {number}", number=int(k) + 1) for k in chosen]
+    arm = Arm(points, joints, contributed, [(0, int(k)) for k in chosen], labels)
+    return np.asarray(from_si(found.points[chosen], "mm")), np.asarray(from_si(found.apart[chosen], "mm")), arm
+
+
+def accepted_arm(found: Acceptance) -> tuple[Array, Array, Arm]:
+    """Commanded points, the mean of what was attained less them (K, 3) [mm], and the arm there, in its base."""
+    model, test = found.model, found.campaign
+    q = np.array([test.data.q[station.rows[0]] for station in test.stations])
+    points, joints = skeleton(model, q)
+    T = np.asarray(model.core.base_and_tool(model.core.nominal)[0])
+    points = (points - from_si(T[:3, 3], "mm")) @ T[:3, :3]
+    off = np.array([test.errors(k).mean(axis=0) for k in range(len(test.stations))])
+    labels = [f"{station.pose} {station.direction}".strip() for station in test.stations]
+    arm = Arm(points, joints, None, [(0, k) for k in range(len(labels))], labels)
+    return np.asarray(from_si(test.commanded, "mm")), np.asarray(from_si(off, "mm")), arm
 
 
 def skeleton(robot: Robot, q: Array) -> tuple[Array, list[int]]:
