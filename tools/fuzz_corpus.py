@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import yaml
+from fuzz_cells import readers as readers_of_cells
 from fuzz_damage import damaged, damaged_correction, damaged_workbook
 
 import fastcal
@@ -284,6 +285,7 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
         "check": (".json", json.dumps(CHECK).encode(), read_check, damaged),
         "list of arms": (".csv", LIST.encode(), read_list, damaged),
     }
+    found |= {name: (*parts, damaged) for name, parts in readers_of_cells(folder).items()}
     for name in ("glue.mod", "weld.src", "PICK.LS", "palletize.script"):
         path = PROGRAMS / name
         found[f"program, {path.suffix.lower()}"] = (path.suffix, path.read_bytes(), read_program, damaged)
@@ -395,6 +397,7 @@ NAMES = [
     *("export, table", "export, xlsx", "export, formulas", "export, labels", "export, on its side", "export, cp932"),
     *("export, report", "export, ROS", "export, ROS bag", "map"),
     *("UR kinematics", "UR calibration", "robot, xacro", "budget", "acceptance plan", "check", "list of arms"),
+    *("cell with a camera", "corners", "cell of two arms", "readings of a cell", "rows that come"),
     *("program, .mod", "program, .src", "program, .ls", "program, .script"),
 ]
 

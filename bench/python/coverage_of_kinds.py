@@ -31,12 +31,16 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 
 HEAD = "kind "
-NOISE = {"position": 3e-5, "orientation": 1e-4, "length": 2e-5, "plane": 2e-5, "tilt": 2e-5}  # [m], [rad]
-LABELS = [HEAD + "+".join(kinds) for size in (1, 2) for kinds in combinations(_core.observation_names(), size)]
+# [m], [rad]
+NOISE = {"position": 3e-5, "orientation": 1e-4, "length": 2e-5, "plane": 2e-5, "tilt": 2e-5, "socket": 3e-5}
+# Corners need a camera in a cell.
+KINDS = [kind for kind in _core.observation_names() if kind in NOISE]
+LABELS = [HEAD + "+".join(kinds) for size in (1, 2) for kinds in combinations(KINDS, size)]
 ROWS = 120
 LEVELS = (3, 5)
 ANCHORS = np.array([[3.0, -1.5, 0.2], [-1.0, 3.0, 0.4], [1.0, 1.5, -1.2]])
 PLANES = np.array([[0.0, 0.0, 1.2], [1.2, 0.0, 1.4], [0.3, 1.1, 1.1]])  # rx, ry, offset
+SOCKETS = np.array([[1.9, -0.6, 1.1], [1.2, 1.4, 1.6], [0.6, -1.9, 1.3]])
 FAINT = 1e-3
 NEAR = 1.0  # [rad] of a joint on the way to a plane
 
@@ -76,10 +80,16 @@ def readings(truth: Robot, kinds: list[str], q: FloatArray, noise: float, seed: 
     if "plane" in kinds:
         q, labels = touches(truth, q, 1 if len(kinds) == 1 else 2, noise * NOISE["plane"], random)
         given["observed_labels"] = {"plane": labels}
+    if "socket" in kinds:
+        q, labels = seated(truth, q, 1 if len(kinds) == 1 else 2, noise * NOISE["socket"], random)
+        given.setdefault("observed_labels", {})["socket"] = labels
+        if "plane" in kinds:  # a posture touches one of them
+            planes = given["observed_labels"]["plane"]
+            given["observed_labels"]["plane"] = ["" if at else plane for at, plane in zip(labels, planes, strict=True)]
     sent = Dataset.from_arrays(q, robot=truth, source="+".join(kinds), **given)
     read = simulate(
         truth,
-        without_kinds(sent, ["plane"]),
+        without_kinds(sent, ["plane", "socket"]),
         noise=noise * NOISE["position"],
         noise_rotation=noise * NOISE["orientation"] if "orientation" in kinds else None,
         seed=seed + 1,
@@ -118,6 +128,34 @@ def touches(
     labels = np.full(len(q), "", dtype=object)
     labels[rows[near]] = [f"p{k}" for k in which[near]]
     return out, [str(label) for label in labels]
+
+
+def seated(
+    truth: Robot, q: FloatArray, each: int, noise: float, random: np.random.Generator
+) -> tuple[FloatArray, list[str]]:
+    """Postures of which every `each`-th has the tool's point in a socket, but for the noise, and the sockets' labels.
+
+    From postures of the list by Newton's steps of least length, dq = J^+ (socket - point); where one ends beyond its
+    joints' limits, from another.
+    """
+    out, low, high = q.copy(), *truth.limits.T
+    labels = [""] * len(q)
+    waiting = np.arange(len(q) - 1, -1, -each)
+    which = np.arange(len(q)) % len(SOCKETS)
+    at = SOCKETS[which] + noise * random.standard_normal((len(q), 3))
+    while waiting.size:
+        there = q[random.integers(0, len(q), len(waiting))]
+        for _ in range(60):
+            apart = at[waiting] - truth.forward(there)[:, :3, 3]
+            steps = np.linalg.pinv(truth.joint_jacobian(there)[:, :3], rcond=1e-2) @ apart[:, :, np.newaxis]
+            there = there + np.clip(steps[:, :, 0], -0.3, 0.3)
+        there = np.where(np.abs(there) > np.pi, np.arctan2(np.sin(there), np.cos(there)), there)
+        short = np.linalg.norm(at[waiting] - truth.forward(there)[:, :3, 3], axis=1) > 1e-9
+        good = ~short & ((there > low) & (there < high)).all(axis=1)
+        for row, posture in zip(waiting[good], there[good], strict=True):
+            out[row], labels[row] = posture, f"s{which[row]}"
+        waiting = waiting[~good]
+    return out, labels
 
 
 def numbers(label: str, seed: int, loss: str) -> list[Number] | None:

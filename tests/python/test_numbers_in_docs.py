@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import json
 import re
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import fastcal
-from fastcal import robots
+from fastcal import _core, robots
 from fastcal.cli import main
 from fastcal.cli.app import COMMANDS, installed
 from fastcal.io import long_files
@@ -75,6 +76,15 @@ def test_the_table_of_coverage_is_that_of_its_record() -> None:
     assert len(rows) > 20
     for effect, covered in rows.items():
         assert float(covered) == pytest.approx(100 * by_effect[effect]["covered"], abs=0.051), effect
+
+
+def test_every_kind_of_reading_is_in_the_table_of_coverage_and_within_the_goal() -> None:
+    text, found = page("benchmarks.md"), record("bench_coverage_kinds.json")["losses"]["tukey"]
+    kinds = [kind for kind in _core.observation_names() if kind != "corner"]
+    for pair in [*combinations(kinds, 1), *combinations(kinds, 2)]:
+        row = found["kind " + "+".join(pair)]
+        assert 0.93 <= row["covered"] <= 0.97, pair
+        assert f"| {', '.join(pair)} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
 
 
 def test_wheels_and_arms_are_those_of_this_version() -> None:

@@ -105,7 +105,7 @@ class Observation {
     return false;
   }
 
-  /// Does it show where the base is, or should it be reported that it does not? Does it show the tool, and its turn?
+  /// Does it show where the base is (not what has its own place unknown on the base)? The tool, and its turn?
   virtual bool shows_base() const = 0;
   virtual bool shows_tool() const { return true; }
   virtual bool shows_tool_turn() const { return false; }

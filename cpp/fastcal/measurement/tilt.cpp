@@ -49,7 +49,7 @@ class Inclination : public Observation {
   const std::vector<Parameter>& parameters() const override { return parameters_; }
   double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
   bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return true; }
+  bool shows_base() const override { return frames_.size() == 1; }  // where gravity is given in the measuring frame
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
     if (tilt_.row(row).array().isNaN().all()) return;

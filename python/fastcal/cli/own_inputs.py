@@ -97,7 +97,6 @@ def _written(output: Path) -> Iterator[Path]:
 
 
 def _is_file(path: Path) -> bool:
-    try:
-        return path.exists() and not path.is_dir()
-    except (OSError, ValueError):  # no path at all, such as a list of effects that is too long for one
-        return False
+    from fastcal.io.regular_file import is_folder, is_there
+
+    return is_there(path) and not is_folder(path)

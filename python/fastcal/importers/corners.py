@@ -21,6 +21,7 @@ from fastcal.robot.rig import corner_counts, has_rig, pictures
 from fastcal.robot.robot import Robot
 
 COLUMNS = ("row", "camera", "board", "corner", "u_px", "v_px")
+_MOST = 2**31  # more counts nothing
 _BEYOND = 0.5  # of the picture's size: a corner that far out is none of this picture
 
 
@@ -143,7 +144,7 @@ def _numbers(table: Table, place: int) -> FloatArray:
 
 def _whole(table: Table, place: int) -> IntArray:
     values = _numbers(table, place)
-    if (bad := np.flatnonzero(values != np.round(values))).size:
+    if (bad := np.flatnonzero((values != np.round(values)) | (np.abs(values) > _MOST))).size:
         raise table.wrong_cell(place, int(bad[0]), "a whole number")
     return values.astype(np.int64)
 

@@ -6,9 +6,32 @@ from __future__ import annotations
 
 import os
 import stat
+from pathlib import Path
 
 from fastcal.errors import ParseError, TooLarge
 from fastcal.io import inputs
+
+
+def is_there(path: str | os.PathLike[str]) -> bool:
+    """Is there a file or a folder? No where the name is too long or holds what no name can, for which Path raises."""
+    return _mode(path) != 0
+
+
+def is_folder(path: str | os.PathLike[str]) -> bool:
+    """Is there a folder?"""
+    return stat.S_ISDIR(_mode(path))
+
+
+def is_file(path: str | os.PathLike[str]) -> bool:
+    """Is there a regular file?"""
+    return stat.S_ISREG(_mode(path))
+
+
+def _mode(path: str | os.PathLike[str]) -> int:
+    try:
+        return Path(path).stat().st_mode
+    except (OSError, ValueError):
+        return 0
 
 
 def read_bytes(path: str | os.PathLike[str], most: int) -> bytes:

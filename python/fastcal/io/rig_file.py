@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fastcal.io.fields import Fields
+from fastcal.io.regular_file import is_there
 from fastcal.io.rig_schema import check_rig
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
@@ -53,7 +54,7 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     )
     fields.done()
     beside = path.parent / source
-    spec = read_arm(os.fspath(beside) if beside.exists() else source, **links)
+    spec = read_arm(os.fspath(beside) if is_there(beside) else source, **links)
     spec["base"] = frame_spec(T @ pose(spec["base"]))
     spec |= check_rig(top, len(spec["joints"]), str(arm))
     spec["cell"] = {"name": name, "arm": str(arm)}

@@ -17,6 +17,7 @@ from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
+from fastcal.io.regular_file import is_folder, is_there
 from fastcal.io.rig_file import cell_spec, is_cell
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.robot_source import RobotSource
@@ -131,10 +132,10 @@ def _found(source: str | os.PathLike[str]) -> Path:
     name = source if isinstance(source, str) else ""
     if (shipped := robots.path_of(name)) is not None:
         return shipped
-    if path.is_dir():
+    if is_folder(path):
         hint = f"; did you mean {path / 'model.yaml'}?" if (path / "model.yaml").is_file() else ""
         raise ParseError(f"is a folder; expected a robot file or the name of a shipped arm{hint}", path)
-    if path.exists() or not name:
+    if is_there(path) or not name:
         return path
     meant = robots.likely(name)
     if len(meant) == 1:

@@ -15,6 +15,7 @@ from fastcal.cells.cell import Arm, Cell, Known, Point
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
 from fastcal.io.fields import Fields
+from fastcal.io.regular_file import is_file
 from fastcal.io.robot_file import read_spec
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf_tree
@@ -29,7 +30,7 @@ _ZERO = [0.0, 0.0, 0.0]
 def is_cell(source: str | os.PathLike[str]) -> bool:
     """Is it a YAML file of arms? One with cameras is read as a robot with what it carries."""
     path = Path(source)
-    if path.suffix.lower() not in (".yaml", ".yml") or not path.is_file():
+    if path.suffix.lower() not in (".yaml", ".yml") or not is_file(path):
         return False
     keys = re.findall(r"^(arms|cameras):", read_text(path), re.MULTILINE)
     return "arms" in keys and "cameras" not in keys

@@ -96,7 +96,7 @@ def _joint_positions(table: Table, joints: Mapping[int, int], cell: Cell) -> Flo
             unit = "deg" if cell.joint_types[joint] == "revolute" else "mm"
             raise table.error(f"there is no column of the joint {columns[0]}; expected {columns[0]}_{unit}")
         place = joints[joint]
-        q[:, joint] = to_si(table.numbers(place), parse_name(table.names[place])[1] or "rad")
+        q[:, joint] = _in_si(table, place, parse_name(table.names[place])[1] or "rad")
         if np.isnan(q[:, joint]).any():
             raise table.wrong_cell(place, int(np.argmax(np.isnan(q[:, joint]))), "a number")
     return q
@@ -123,11 +123,21 @@ def _take(table: Table, place: int, base: str, unit: str | None, view: str, tabl
     field, column, kind = _READ[base]
     _check_unit(table, table.names[place], unit, kind)
     to = tables.setdefault(f"{field}@{view}", np.full((len(table), _WIDTH[field]), np.nan))
-    values = table.numbers(place) if unit is None else to_si(table.numbers(place), unit)
+    values = table.numbers(place) if unit is None else _in_si(table, place, unit)
+    if field.startswith("sigma") and (none := values <= 0).any():
+        raise table.wrong_cell(place, int(np.argmax(none)), "a standard deviation above 0")
     if column < 0:
         to[:] = values[:, np.newaxis]
     else:
         to[:, column] = values
+
+
+def _in_si(table: Table, place: int, unit: str) -> FloatArray:
+    with np.errstate(over="ignore"):
+        values = np.asarray(to_si(table.numbers(place), unit))
+    if (beyond := np.isinf(values)).any():
+        raise table.wrong_cell(place, int(np.argmax(beyond)), "a number")
+    return values
 
 
 def _check_unit(table: Table, title: str, unit: str | None, kind: str | None) -> None:
@@ -137,7 +147,8 @@ def _check_unit(table: Table, title: str, unit: str | None, kind: str | None) ->
 
 def _make_unit(table: Table, name: str, wxyz: FloatArray) -> None:
     """Quaternions of length 1 but for their rounding."""
-    length = np.linalg.norm(wxyz, axis=1)
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(wxyz, axis=1)
     if (wrong := np.abs(length - 1) > _UNIT_LENGTH).any():
         row = int(np.argmax(wrong))
         raise table.error(f"{name}: expected a quaternion of length 1, got {length[row]:.4g}", row)

@@ -57,4 +57,8 @@ class Header:
         return cells
 
     def _cells(self, line: str) -> list[str]:
-        return [cell.strip() for cell in next(csv.reader([line.strip("\r\n")], delimiter=self.mark), [])]
+        try:
+            cells = next(csv.reader([line.strip("\r\n")], delimiter=self.mark), [])
+        except csv.Error as error:
+            raise ParseError(f"expected one row of cells: {error}".partition(" - ")[0], self.source) from None
+        return [cell.strip() for cell in cells]

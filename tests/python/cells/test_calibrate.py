@@ -140,6 +140,8 @@ def test_columns_are_read_in_the_order_of_the_tree(tmp_path: Path) -> None:
         (["left.q7_deg"], [0], "names no joint of its arm; its joints are numbered 1 to 6"),
         (["x_mm@ball"], [0], "which is no target or sensor here; there are camera, smr, tag"),
         (["x@smr"], [0], "has no unit of length"),
+        (["x_mm@smr", "sigma_mm@smr"], [1, 0], "expected a standard deviation above 0"),
+        (["x_in@smr"], [1e308], "column 'x_in@smr': expected a number"),
         (["x_mm@smr"], [""], "holds a posture and no reading of any target"),
         ([], [], "holds no reading; expected columns such as x_mm@TARGET"),
     ],
