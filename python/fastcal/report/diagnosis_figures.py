@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -140,7 +140,7 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
     if not known:
         return None
     shown = known[-_MOST_LIMITS:]
-    looks = (
+    looks: tuple[tuple[Key, Callable[[list[float]], bool]], ...] = (
         (Key("shows everywhere", TAKEN, "solid"), lambda r: max(r) <= 1),
         (Key("hides at some places", figures.COMPONENT_COLOURS[0], "solid"), lambda r: min(r) <= 1 < max(r)),
         (Key("hides everywhere", figures.BEFORE, "solid"), lambda r: min(r) > 1),
