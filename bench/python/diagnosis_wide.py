@@ -203,7 +203,8 @@ def _asked(
         base,
         verdict=said.verdict,
         said=[
-            f"{f.grade} {f.label} {f.snr:.1f}" + " (not in the model)" * (not f.in_model)
+            f"{f.grade} {f.label} {f.snr:.1f}"
+            + " (not in the model)" * (not f.in_model)
             + "".join(f" | {e}@{o}" for e, o in f.equivalents)
             for f in said.effects
         ],

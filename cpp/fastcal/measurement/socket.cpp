@@ -3,11 +3,14 @@
 //
 // A touch of an unknown point: the tool's ball sits in a socket, always the same in rows of one label, whatever the
 // posture (no instrument is needed: platonics-delft/kinematics_calibration).
-//   r = p - s [m]; the socket's place s (three numbers in the measuring frame) is identified.
+//   r = R^T (p - s) [m]; the socket's place s (three numbers in the measuring frame) is identified. In the axes R of
+//   the tool, what turns the arm and its sockets alike changes no residual and no derivative: in those of the measuring
+//   frame the scatter of a socket's points, which is noise, would seem to show such a turn.
 // Start: the mean of the points of the arm as it is. What sockets leave open: where the arm is, and the common scale
 // of all lengths.
 #include <cmath>
 
+#include "fastcal/math/se3.hpp"
 #include "fastcal/measurement/registry.hpp"
 
 namespace fastcal {
@@ -31,8 +34,8 @@ class Socket : public Observation {
   std::string unit() const override { return "m"; }
   std::vector<int> frames() const override { return {frame_}; }
   const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int component) const override {
-    return sigma_.size() == 0 ? 0 : sigma_(row, component);
+  double sigma(Eigen::Index row, int) const override {
+    return sigma_.size() == 0 ? 0 : sigma_.row(row).norm() / std::sqrt(3.0);  // about the axes of the tool: any
   }
   bool claims_sigma() const override { return sigma_.size() > 0; }
   bool shows_base() const override { return false; }
@@ -42,9 +45,13 @@ class Socket : public Observation {
     out.first_unknown = 3 * sockets_.codes[row];
     out.unknown_count = 3;
     out.present.fill(true);
-    out.r = sights[0].p - Eigen::Map<const Eigen::Vector3d>(unknowns + out.first_unknown);
-    out.by_frame[0].leftCols<3>().setIdentity();
-    out.by_unknown.leftCols<3>() = -Eigen::Matrix3d::Identity();
+    const Eigen::Matrix3d axes = sights[0].R.transpose();
+    const Eigen::Vector3d off = sights[0].p - Eigen::Map<const Eigen::Vector3d>(unknowns + out.first_unknown);
+    out.r = axes * off;
+    // The tool moves by v and turns by w: d r = R^T (v - w x off).
+    out.by_frame[0].leftCols<3>() = axes;
+    out.by_frame[0].rightCols<3>() = axes * skew(off);
+    out.by_unknown.leftCols<3>() = -axes;
   }
 
   std::string start(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const override {

@@ -18,6 +18,7 @@ from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import Frame
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -67,7 +68,7 @@ class Cube:
 
 def based_at_origin(robot: Robot) -> Robot:
     """The robot with its base as the measuring frame."""
-    return Robot(robot.spec | {"base": {"xyz_mm": [0, 0, 0], "rpy_deg": [0, 0, 0]}})
+    return robot.with_(base=Frame())
 
 
 def largest_cube(

@@ -138,7 +138,7 @@ def plan_acceptance(
     shown = model.pendant.shown(q)
     documents = write_cycles(language, program, Cycles(names, shown, loops, dwell_s, speed, comment))
     at = [stop.target for stop in stops if stop.is_measured]
-    if "pendant" not in model.spec:
+    if not model.description.pendant:
         notes += doubts_on_joints(documents[0].name, model.name)
     if cycles < CYCLES:
         notes.append(f"{cycles} cycles are fewer than the {CYCLES} of ISO 9283")

@@ -10,9 +10,8 @@ an input is drawn again at each pose, one field a pose.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from fastcal.budget.inputs import Budget, Input
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import Link
 
 FloatArray = NDArray[np.float64]
 
@@ -150,10 +150,11 @@ def _by_load(each: Input, scene: Scene) -> FloatArray:
 
 def _with_masses(model: Robot, factor: float) -> Robot:
     """The model with all link masses and inertias scaled."""
-    spec = copy.deepcopy(model.spec)
-    for joint in spec["joints"]:
-        if link := joint.get("link"):
-            link["mass_kg"] = factor * link["mass_kg"]
-            if "inertia_kg_m2" in link:
-                link["inertia_kg_m2"] = [factor * value for value in link["inertia_kg_m2"]]
-    return Robot(spec)
+    return model.with_(joints=[replace(joint, link=_scaled(joint.link, factor)) for joint in model.joints])
+
+
+def _scaled(link: Link | None, factor: float) -> Link | None:
+    if link is None:
+        return None
+    inertia = None if link.inertia_kg_m2 is None else tuple(factor * value for value in link.inertia_kg_m2)
+    return replace(link, mass_kg=factor * link.mass_kg, inertia_kg_m2=inertia)

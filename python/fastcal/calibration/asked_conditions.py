@@ -24,7 +24,6 @@ from fastcal.calibration.shifted_rows import EXPLAINED, Shift, huber_fit
 from fastcal.effects.entries import effect_names, label, parse_effects, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -85,7 +84,7 @@ def varying(data: Dataset) -> dict[str, str]:
 def explaining_effect(problem: CalibrationProblem, near: Residuals) -> Explained | None:
     """The effect of a condition that varies which explains most of the residual; None where none can."""
     there, found = varying(problem.data), []
-    own = {entry["effect"] for entry in problem.robot.spec.get("effects") or []}
+    own = {entry["effect"] for entry in problem.robot.entries}
     for name in effect_names() if there else []:
         traits = traits_of(name)
         read = [there[d] for d in traits.depends_on if d in there]
@@ -110,7 +109,7 @@ def _columns(problem: CalibrationProblem, near: Residuals, name: str) -> tuple[F
     none = np.zeros((len(near.residual), 0)), np.zeros(0)
     try:
         entries = [with_origins(entry, robot, problem.data) for entry in parse_effects(name, robot.core)[1]]
-        wider = problem.with_(robot=Robot({**robot.spec, "effects": [*(robot.spec.get("effects") or []), *entries]}))
+        wider = problem.with_(robot=robot.with_(effects=[*robot.entries, *entries]))
     except InvalidInput:  # the robot or the data have not what it needs
         return none
     first, last = len(problem.parameters), len(wider.parameters)
@@ -139,7 +138,7 @@ def _asked_with(problem: CalibrationProblem, name: str) -> str:
     """What `--effects` of this fit would be with one more effect."""
     own = len(problem.model.robot.nominal)
     arm = any(i < own and problem.parameters[i].owner not in ("base", "tool") for i in problem.asked)
-    there = dict.fromkeys(label(entry) for entry in problem.robot.spec.get("effects") or [])
+    there = dict.fromkeys(label(entry) for entry in problem.robot.entries)
     return ",".join([*(["geometry"] if arm else []), *there, name])
 
 

@@ -260,7 +260,7 @@ def calibrate(
 
 def _notes(model: Robot, data: Dataset) -> list[str]:
     """The data's own, but for columns that are used, and where directions of approach come from."""
-    used = extra_columns(model.spec.get("effects") or [])
+    used = extra_columns(model.entries)
     out = [note for note in data.notes if not any(note.startswith(f"column '{name}' is not known") for name in used)]
     sided = [column for effect in model.effects for column in effect.data_columns if column.startswith("approach")]
     if sided and data.approach is None:

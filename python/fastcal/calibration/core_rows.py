@@ -21,7 +21,7 @@ class CoreRows:
     """The rows of a long data set as the core reads them, for a robot with its effects."""
 
     def __init__(self, robot: Robot, data: LongDataset) -> None:
-        columns = extra_columns(robot.spec.get("effects") or [])
+        columns = extra_columns(robot.entries)
         if any(column.startswith(SINCE) for column in columns):
             raise InvalidInput(f"{data.source}: a step at a row needs all rows in memory; give time_s or fewer rows")
         if any(column.startswith(LAGGED) for column in columns):

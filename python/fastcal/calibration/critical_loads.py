@@ -9,7 +9,6 @@ paper, equation 12, by variable projection).
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.effects.entries import edge_name, value_at_edge
+from fastcal.place import place
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -74,12 +74,12 @@ def open_corners(robot: Robot, model: _core.ErrorModel, samples: _core.Samples, 
     """All effects with critical loads to which the robot file gives no value."""
     out = []
     at = len(model.robot.nominal)
-    for k, (entry, effect) in enumerate(zip(robot.spec.get("effects") or [], robot.effects, strict=True)):
+    for k, (entry, effect) in enumerate(zip(robot.entries, robot.effects, strict=True)):
         indices = [at + i for i, p in enumerate(effect.parameters) if p.name.startswith("critical")]
         at += len(effect.parameters)
         if not indices or entry.get("parameters"):
             continue
-        joint = int(entry["owner"].removeprefix("joint")) - 1
+        joint = place(entry["owner"]).index
         axis = 5 if robot.joint_types[joint] == "revolute" else 2
         loads = model.loads(samples, model.start, entry.get("torque") == "payload", threads)
         out.append(Corners(k, indices, np.abs(np.asarray(loads)[:, 2 * joint + 1, axis])))
@@ -148,12 +148,13 @@ def remaining(J: FloatArray, r: FloatArray) -> float:
 
 def with_values(robot: Robot, model: _core.ErrorModel, corners: list[Corners], theta: FloatArray) -> Robot:
     """The robot with the critical loads of theta (P,) as starting values in its file."""
-    spec = copy.deepcopy(robot.spec)
+    entries = list(robot.entries)
     for own in corners:
-        spec["effects"][own.entry]["parameters"] = {
+        values = {
             edge_name(model.parameters[i], geometry=False): value_at_edge(
                 model.parameters[i], float(theta[i]), geometry=False
             )
             for i in own.indices
         }
-    return Robot(spec)
+        entries[own.entry] = entries[own.entry] | {"parameters": values}
+    return robot.with_(effects=entries)

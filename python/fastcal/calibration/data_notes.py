@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.measurements.copied_rows import row_bytes
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.place import joint_column
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
@@ -24,7 +24,7 @@ THIN = 2.0  # numbers a parameter: with fewer, most of the noise goes into the p
 
 def ranges(robot: Robot, data: Dataset) -> dict[str, FloatArray]:
     """(N,) each joint, the payload and the temperature where it is given, at the edge's units, by column."""
-    out = {f"q{i + 1}_{unit}": np.asarray(from_si(data.q[:, i], unit)) for i, unit in enumerate(_joint_units(robot))}
+    out = {joint_column(i, unit): np.asarray(from_si(data.q[:, i], unit)) for i, unit in enumerate(_joint_units(robot))}
     out["payload_kg"] = data.payload
     if data.temperature is not None:
         out["temperature_c"] = np.asarray(from_si(data.temperature, "c"))
@@ -32,14 +32,14 @@ def ranges(robot: Robot, data: Dataset) -> dict[str, FloatArray]:
 
 
 def _joint_units(robot: Robot) -> list[str]:
-    return [length_or_angle_unit(joint) for joint in robot.spec["joints"]]
+    return [joint.unit for joint in robot.joints]
 
 
 def covered(robot: Robot, data: Dataset) -> dict[str, tuple[float, float]]:
     """Least and greatest of `ranges`; units keep the order of numbers."""
     ends = zip(data.q.min(axis=0).tolist(), data.q.max(axis=0).tolist(), strict=True)
     out = {
-        f"q{i + 1}_{unit}": (from_si(least, unit), from_si(greatest, unit))
+        joint_column(i, unit): (from_si(least, unit), from_si(greatest, unit))
         for i, (unit, (least, greatest)) in enumerate(zip(_joint_units(robot), ends, strict=True))
     }
     out["payload_kg"] = float(data.payload.min()), float(data.payload.max())
@@ -86,7 +86,7 @@ def instrument_notes(model: Robot, data: Dataset) -> list[str]:
     """A sentence where a tracker would stand beside the arm's base: the measuring frame may be another one."""
     if data.instrument is None:
         return []
-    base = to_si(np.array(model.spec["base"]["xyz_mm"]), "mm")
+    base = to_si(np.array(model.description.base.xyz_mm), "mm")
     away = float(np.nanmin(np.linalg.norm(data.instrument - base, axis=1)))
     if away > _BESIDE * model.reach:
         return []

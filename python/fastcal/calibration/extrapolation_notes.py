@@ -7,7 +7,7 @@ from __future__ import annotations
 from fastcal.calibration.data_notes import ranges
 from fastcal.effects.entries import core_options, label, traits_of
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.core_model import length_or_angle_unit
+from fastcal.place import place
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.steady import warmed
 from fastcal.units import from_si
@@ -22,7 +22,7 @@ def range_notes(robot: Robot, data: Dataset) -> list[str]:
     And for temperatures that are far from those that the model was fitted on.
     """
     notes = [*unmoved_notes(robot, data), *_far_temperatures(robot, data)]
-    for entry in robot.spec.get("effects") or []:
+    for entry in robot.entries:
         known = traits_of(entry["effect"]).options_from_data
         if "range" in known:
             notes += _beyond_its_range(entry, robot, data)
@@ -35,11 +35,11 @@ def _beyond_its_range(entry: Spec, robot: Robot, data: Dataset) -> list[str]:
     options = core_options(entry)
     if "low" not in options or "high" not in options:
         return []
-    joint = int(entry["owner"].removeprefix("joint")) - 1
+    joint = place(entry["owner"]).index
     outside = (data.q[:, joint] < options["low"]) | (data.q[:, joint] > options["high"])
     if not outside.any():
         return []
-    unit = length_or_angle_unit(robot.spec["joints"][joint])
+    unit = robot.joints[joint].unit
     low, high = (from_si(options[key], unit) for key in ("low", "high"))
     return [
         f"joint {joint + 1} is outside the {low:.4g} to {high:.4g} {unit} that its profile was fitted on in "

@@ -55,4 +55,4 @@ def pulls(problem: CalibrationProblem) -> dict[str, FloatArray]:
 
 def _curves(robot: Robot) -> list[bool]:
     """Which effects are curves of joints, and no cause: a cause is fitted with the geometry from the start."""
-    return [entry["effect"] == curve_of("joint") for entry in robot.spec.get("effects") or []]
+    return [entry["effect"] == curve_of("joint") for entry in robot.entries]

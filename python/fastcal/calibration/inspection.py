@@ -27,7 +27,7 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
     Raises:
         InvalidInput: Another reading of the columns fits at least five times better; both misfits and what was meant.
     """
-    bare = Robot(robot.spec | {"effects": []})
+    bare = robot.with_(effects=[])
     suspicion = plausible(data, bare, bare.forward)
     if suspicion is None:
         return []

@@ -19,6 +19,7 @@ from fastcal.effects.entries import Spec, build_effects, core_options, effect_ow
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import ColumnOnDisk, LongDataset
+from fastcal.place import place
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
@@ -125,7 +126,7 @@ def _mounts(entry: Spec, robot: Robot, data: Rows) -> Spec:
 def _range(entry: Spec, robot: Robot, data: Rows) -> Spec:
     if core_options(entry).get("periodic"):
         return {}
-    joint = int(entry["owner"].removeprefix("joint")) - 1
+    joint = place(entry["owner"]).index
     low, high = _extent(part[:, joint] for part in _parts(data, "q") or ())
     if not low < high:
         raise InvalidInput(f"{label(entry)} needs data in which joint {joint + 1} moves")
@@ -137,7 +138,7 @@ def _order(entry: Spec, robot: Robot, data: Rows) -> Spec:
     """The order; of a wave at least half a period must fit into the joint's range, or offset and ratio do as well."""
     if entry.get("side") == "motor":
         return {}
-    joint = int(entry["owner"].removeprefix("joint")) - 1
+    joint = place(entry["owner"]).index
     low, high = robot.limits[joint]
     order = float(core_options(entry).get("order", 1.0))
     if order * (high - low) < math.pi:
@@ -168,7 +169,7 @@ def _reference(entry: Spec, robot: Robot, data: Rows | None = None) -> Spec:
     little of how the link is built. The numbers that a file has already count from its own table.
     """
     core = robot.core
-    if not entry.get("parameters") and (robot.spec.get("calibration") or {}).get("nominal"):
+    if not entry.get("parameters") and robot.description.calibration.get("nominal"):
         nominal = nominal_robot(robot).core
         if entry["owner"] in effect_owners(entry["effect"], nominal):
             core = nominal

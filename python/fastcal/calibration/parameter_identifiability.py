@@ -9,7 +9,6 @@ gauge (`identifiability.hpp`); the column of each is then a combination of kept 
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -123,7 +122,7 @@ def redundancy(
     """
     if measured not in MEASURED:
         raise InvalidInput(f"measured must be one of {', '.join(MEASURED)}, got '{measured}'")
-    rigid = Robot(copy.deepcopy(robot.spec) | {"effects": []})
+    rigid = robot.with_(effects=[])
     names = rigid.parameter_names
     unknown = [name for name in parameters or () if name not in names]
     if unknown:

@@ -60,7 +60,7 @@ def parameter_limits(
         held = np.array([p.owner not in ("base", "tool") for p in parameters])
         sigma[held] = PRIOR_SIZES * size[held]
     at = len(model.robot.nominal)
-    for entry, effect in zip(robot.spec.get("effects") or [], robot.effects, strict=True):
+    for entry, effect in zip(robot.entries, robot.effects, strict=True):
         own = slice(at, at + len(effect.parameters))
         if has_prior(entry):
             mean[own], sigma[own] = expected[own], size[own]

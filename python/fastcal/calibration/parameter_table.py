@@ -46,7 +46,7 @@ def parameter_table(
     names: dict[int, str] = {}  # of harmonics
     place = {i: k for k, i in enumerate(free)}
     slope = np.eye(len(place))
-    for pair in polar_pairs(start.spec.get("effects") or [], start.effects, own, theta):
+    for pair in polar_pairs(start.entries, start.effects, own, theta):
         if all(i in place for i in pair.indices):
             at = [place[i] for i in pair.indices]
             slope[np.ix_(at, at)] = pair.slope

@@ -98,7 +98,7 @@ def judged_pictures(
         shown = f"board {board} in camera {camera}"
         there = [(i, of[i, part].copy()) for of in (uv, again) for i in range(len(data))]
         found = [Picture(i, seen) for i, seen in there if np.isfinite(seen).any()]
-        turnable = robot.spec["boards"][board]["kind"] != "points"
+        turnable = robot.description.boards[board]["kind"] != "points"
         placed = _placed(found, drawn[:, part], turnable=turnable)
         uv[:, part] = np.nan
         for picture in sorted(placed, key=lambda picture: picture.fits != picture.row, reverse=True):
@@ -148,7 +148,7 @@ def _misfit(robot: Robot, data: Dataset, drawn: FloatArray) -> float:
     uv = data.observed[CORNERS].reshape(drawn.shape)
     found = []
     for (_, board), part in pictures(robot.spec).items():
-        turnable = robot.spec["boards"][board]["kind"] != "points"
+        turnable = robot.description.boards[board]["kind"] != "points"
         for i in np.flatnonzero(np.isfinite(uv[:, part]).any(axis=(1, 2))):
             own = drawn[i : i + 1, part]
             ways = (own, own[:, ::-1]) if turnable else (own,)

@@ -14,8 +14,7 @@ from fastcal.calibration.evaluation import Evaluation, best_motion, evaluate
 from fastcal.effects.entries import Spec, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import with_frames
+from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -60,10 +59,9 @@ def placed(model: Robot, test: Dataset) -> tuple[Robot, list[str]]:
             f"{test.source}: has no column station, and fewer than {_FEWEST} points from which to see where the "
             "instrument stood"
         )
-    spec = model.spec | {"effects": [entry for entry in model.spec["effects"] if entry not in stations]}
-    bare = Robot(spec)
+    bare = model.with_(effects=[entry for entry in model.entries if entry not in stations])
     motion = best_motion(bare.poses(test)[measured, :3, 3], test.position[measured])
-    there = Robot(with_frames(spec, motion @ pose(spec["base"]), pose(spec["tool"])))
+    there = moved(bare, motion @ bare.T_world_base, bare.T_flange_tool)
     return there, placing_notes(model, test)
 
 
@@ -76,4 +74,4 @@ def placing_notes(model: Robot, test: Dataset) -> list[str]:
 
 def _entries(model: Robot, labels: str) -> list[Spec]:
     """The effects of a model that are told apart by these labels."""
-    return [entry for entry in model.spec.get("effects") or [] if traits_of(entry["effect"]).labels == labels]
+    return [entry for entry in model.entries if traits_of(entry["effect"]).labels == labels]

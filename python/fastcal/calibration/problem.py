@@ -95,7 +95,7 @@ class CalibrationProblem:
         """
         if "robot" in changes and "model" not in changes:
             changes["model"] = changes["robot"].error_model.with_robot(self.model.robot)
-            if extra_columns(changes["robot"].spec["effects"]) != extra_columns(self.robot.spec["effects"]):
+            if extra_columns(changes["robot"].entries) != extra_columns(self.robot.entries):
                 changes.setdefault("samples", changes["robot"].samples(self.data))
         return replace(self, **changes)
 
@@ -148,7 +148,7 @@ def prepare(
     Raises:
         InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
     """
-    geometry, added = parse_effects(effects, robot.core, robot.spec.get("effects") or [])
+    geometry, added = parse_effects(effects, robot.core, robot.entries)
     # A correction was trained on what another identification left.
     spec = plain_copy({key: value for key, value in robot.spec.items() if key != "correction"})
     spec["effects"] = without_repeats(

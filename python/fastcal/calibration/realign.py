@@ -9,7 +9,7 @@ from dataclasses import replace
 from fastcal.calibration.alignment import align
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.identified_spec import with_frames
+from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 
 ROUNDS = 3  # the correction turns with the base, whose turn is known to a thousandth after the first
@@ -29,10 +29,9 @@ def realign(robot: Robot, data: Dataset, *, threads: int = 1) -> Robot:
         left = data
         if data.position is not None:
             left = replace(data, position=data.position - robot.correct(data.q, data.payload).displacement)
-        bare = Robot({key: value for key, value in robot.spec.items() if key != "correction"})
+        bare = robot.with_(correction=None)
         found = align(bare, left, threads)
         if not found.found:
             raise Undetermined(f"{data.source}: {found.message}")
-        spec = with_frames(bare.spec, found.T_world_base, found.T_flange_tool)
-        robot = Robot(spec if kept is None else spec | {"correction": kept})
+        robot = moved(bare, found.T_world_base, found.T_flange_tool).with_(correction=kept)
     return robot

@@ -175,5 +175,5 @@ class CalibrationResult(Plotted):
             "caveats": self.caveats,
             "notes": self.notes,
             "held": self.held,
-            "made_by": self.model.spec.get("made_by") or {},
+            "made_by": self.model.made_by,
         }

@@ -89,10 +89,10 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
 
 def added_setups(start: Robot, robot: Robot, effects: str | Sequence[str]) -> list[str]:
     """A sentence for each effect that `with_setups` added to what was asked for."""
-    there = robot.spec.get("effects") or []
+    there = robot.entries
     asked = {entry["effect"] for entry in [*there, *parse_effects(effects, robot.core, there)[1]]}
     out = []
-    for entry in start.spec.get("effects") or []:
+    for entry in start.entries:
         if entry["effect"] in ("station_offset", "tool_shift") and entry["effect"] not in asked:
             option, what = ("stations", "a base") if entry["effect"] == "station_offset" else ("mounts", "a tool point")
             listed = ", ".join(entry[option])
@@ -130,7 +130,7 @@ def _of(labels: tuple[IntArray, str, list[str]] | None, rows: IntArray) -> IntAr
 def _flange(bare: Robot, q: FloatArray) -> FloatArray:
     """(N, 4, 4) of the flange in the base."""
     T = bare.forward(q)
-    return np.asarray(np.linalg.inv(pose(bare.spec["base"])) @ T @ np.linalg.inv(pose(bare.spec["tool"])))
+    return np.asarray(np.linalg.inv(bare.T_world_base) @ T @ np.linalg.inv(bare.T_flange_tool))
 
 
 def _fit(

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -20,6 +19,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot, Spec
+from fastcal.robot.robot_spec import content
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -114,7 +114,7 @@ def random_poses(robot: Robot, count: int, *, region: ArrayLike | None = None, s
     box = np.array([[-np.inf] * 3, [np.inf] * 3]) if region is None else np.asarray(region, dtype=float)
     if box.shape != (2, 3) or not (box[0] < box[1]).all():
         raise InvalidInput(f"region must hold a lower and an upper corner, shape (2, 3), got {np.asarray(region)}")
-    bare = Robot(copy.deepcopy(robot.spec) | {"effects": []})
+    bare = robot.with_(effects=[])
     random = np.random.default_rng(seed)
     kept: list[FloatArray] = []
     found, tried = 0, 0
@@ -139,18 +139,18 @@ def perturbed(robot: Robot, *, length: float = 5e-4, angle: float = 5e-4, seed: 
         seed: The same seed gives the same arm.
     """
     random = np.random.default_rng(seed)
-    spec = copy.deepcopy(robot.spec)
-    for joint in spec["joints"]:
+    joints = content(robot.joints)
+    for joint in joints:
         shift, turn = length * random.standard_normal(3), angle * random.standard_normal(3)
-        if spec["kinematics"] in ("dh", "mdh"):
+        if robot.kinematics in ("dh", "mdh"):
             keys = ("a_mm", "d_mm", "theta_deg", "alpha_deg", "beta_deg")
             for key, error in zip(keys, (*shift[:2], *turn), strict=True):
                 joint[key] += from_si(float(error), key.rpartition("_")[2])
-        elif spec["kinematics"] == "urdf":
+        elif robot.kinematics == "urdf":
             joint["origin"] = _moved(pose(joint["origin"]), shift, turn)
         else:
             _move_screw(joint, shift, turn)
-    return Robot(spec)
+    return robot.with_(joints=joints)
 
 
 def _moved(T: FloatArray, shift: FloatArray, turn: FloatArray) -> Spec:

@@ -7,7 +7,6 @@ All are found near a fit of everything else, where the rest is linear.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,6 +22,7 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
 from fastcal.effects.entries import label, options_of, traits_of
 from fastcal.errors import InvalidInput
+from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +48,7 @@ class _Fit:
 def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
     """The problem with `at_s` of steps, `lag_s` of heat and `curvature` of profiles where its robot has none."""
     robot, places = problem.robot, problem.effect_places
-    entries = robot.spec.get("effects") or []
+    entries = robot.entries
     steps = [
         k
         for k, e in enumerate(entries)
@@ -76,23 +76,23 @@ def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
     found = problem.with_(asked=moving).identify()
     fit = _Fit(problem, np.asarray(found.theta), found.common_noise)
     moving += range(len(problem.model.parameters), len(fit.theta))
-    spec = copy.deepcopy(robot.spec)
+    entries = plain_copy(entries)
     for k in steps:
-        spec["effects"][k] |= _moment(fit, spec, k, places[k], moving)
-    if late and (lag := find_lag(lambda lag: _left_with_lag(fit, spec, late, moving, lag), time)):
+        entries[k] |= _moment(fit, entries, k, places[k], moving)
+    if late and (lag := find_lag(lambda lag: _left_with_lag(fit, entries, late, moving, lag), time)):
         for k in late:
-            spec["effects"][k]["parameters"] = {**(spec["effects"][k].get("parameters") or {}), _LAG: lag}
+            entries[k]["parameters"] = {**(entries[k].get("parameters") or {}), _LAG: lag}
     if curves:
-        _set_curvatures(fit, spec, curves, moving + [i for k in steps + late for i in places[k]])
-    return problem.with_(robot=Robot(spec))
+        _set_curvatures(fit, entries, curves, moving + [i for k in steps + late for i in places[k]])
+    return problem.with_(robot=robot.with_(effects=entries))
 
 
-def _moment(fit: _Fit, spec: Spec, k: int, own: range, others: list[int]) -> Spec:
+def _moment(fit: _Fit, entries: list[Spec], k: int, own: range, others: list[int]) -> Spec:
     """When the step was: {value, std}, evenly likely between two rows; by their order where they have no time."""
-    data, before_all = fit.problem.data, copy.deepcopy(spec)
+    data, before_all = fit.problem.data, plain_copy(entries)
     by_row = data.time is None
-    before_all["effects"][k][_MOMENT] = -np.inf
-    near = fit.near(Robot(before_all))
+    before_all[k][_MOMENT] = -np.inf
+    near = fit.near(fit.problem.robot.with_(effects=before_all))
     J, row = np.asarray(near.J), np.asarray(near.row, dtype=np.int64)
     order = np.arange(len(data)) if data.row is None else data.row
     course = order.astype(float) if data.time is None else data.time
@@ -102,12 +102,12 @@ def _moment(fit: _Fit, spec: Spec, k: int, own: range, others: list[int]) -> Spe
     return {"parameters": {_MOMENT: {"value": at, "std": gap / 12**0.5}}}
 
 
-def _left_with_lag(fit: _Fit, spec: Spec, late: list[int], others: list[int], lag: float) -> float:
+def _left_with_lag(fit: _Fit, entries: list[Spec], late: list[int], others: list[int], lag: float) -> float:
     """Whitened sum of squares that the thermal effects leave with a lag [s]."""
-    trial = copy.deepcopy(spec)
+    trial = plain_copy(entries)
     for k in late:
-        trial["effects"][k][_LAG] = lag
-    near = fit.near(Robot(trial))
+        trial[k][_LAG] = lag
+    near = fit.near(fit.problem.robot.with_(effects=trial))
     columns = [*others, *(i for k in late for i in fit.problem.effect_places[k])]
     sizes = np.array([p.sigma for p in fit.problem.model.parameters] + [1.0] * fit.problem.unknown_count)
     A = np.vstack([np.asarray(near.J)[:, columns] * sizes[columns], np.eye(len(columns)) / _WEAK])
@@ -117,8 +117,8 @@ def _left_with_lag(fit: _Fit, spec: Spec, late: list[int], others: list[int], la
     return float(np.sum((r - A @ linalg.lstsq(A, r, lapack_driver="gelsy", check_finite=False)[0]) ** 2))
 
 
-def _set_curvatures(fit: _Fit, spec: Spec, curves: list[int], others: list[int]) -> None:
-    robot = Robot(spec)
+def _set_curvatures(fit: _Fit, entries: list[Spec], curves: list[int], others: list[int]) -> None:
+    robot = fit.problem.robot.with_(effects=entries)
     problem, places = fit.problem.with_(robot=robot), fit.problem.effect_places
     near = fit.near(robot)
     chosen = [*others, *(i for k in curves for i in places[k])]
@@ -134,4 +134,4 @@ def _set_curvatures(fit: _Fit, spec: Spec, curves: list[int], others: list[int])
     J, residual, row = np.asarray(near.J)[:, chosen], np.asarray(near.r), np.asarray(near.row, dtype=np.int64)
     found = choose_curvatures(LinearProblem(J, residual, row, blocks, penalties, weak[chosen]))
     for k, curvature in zip(curves, found, strict=True):
-        spec["effects"][k]["curvature"] = curvature
+        entries[k]["curvature"] = curvature

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.errors import InvalidInput
-from fastcal.robot.core_model import Spec, pose
+from fastcal.place import joint_position
+from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import Values, frame_spec, identified_spec
 from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import Spec
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -53,8 +55,8 @@ class Arm:
     @property
     def joint_columns(self) -> list[tuple[str, ...]]:
         """Of each joint the names, without a unit, that its column may have: `left.q1`, a URDF's own name."""
-        own = [joint.get("name") for joint in self.robot.spec["joints"]]
-        return [(f"{self.name}.q{i + 1}", *([name] if name else [])) for i, name in enumerate(own)]
+        own = [joint.name for joint in self.robot.joints]
+        return [(f"{self.name}.{joint_position(i)}", *([name] if name else [])) for i, name in enumerate(own)]
 
 
 @dataclass(frozen=True)

@@ -81,14 +81,13 @@ def _write_measurements(output: Path, seed: int) -> None:
     from fastcal.io.folder import atomic_folder
     from fastcal.io.measurements_out import write_measurements
     from fastcal.io.robot_file import load_robot, write_spec
-    from fastcal.robot.robot import Robot
 
     nominal = load_robot(ARM)
     compliances = [
         {"effect": "joint_compliance", "owner": joint, "parameters": {"compliance_rad_nm": value}}
         for joint, value in COMPLIANCE_RAD_NM.items()
     ]
-    true = perturbed(Robot(nominal.spec | {"base": BASE, "effects": compliances}), seed=seed)
+    true = perturbed(nominal.with_(base=BASE, effects=compliances), seed=seed)
     with atomic_folder(output) as folder:
         write_spec(nominal.spec, folder / "robot.yaml", HEAD)
         for name, rows, outliers, offset in (("measurements", ROWS, OUTLIER_SHARE, 0), ("test", TEST_ROWS, 0.0, 1)):

@@ -27,17 +27,17 @@ def drop(
 
     Geometry and everything else stay as they were identified with them; fastcal calibrate fits them anew.
     """
-    from fastcal.effects.entries import Spec
     from fastcal.io.robot_file import load_robot, write_spec
     from fastcal.robot.dropped_effects import CORRECTION, drop_effects, name_of
+    from fastcal.robot.robot import Robot
 
-    def names(spec: Spec) -> list[str]:
-        return [*map(name_of, spec.get("effects") or []), *([CORRECTION] if spec.get(CORRECTION) else [])]
+    def names(robot: Robot) -> list[str]:
+        return [*map(name_of, robot.entries), *([CORRECTION] if robot.correction else [])]
 
     robot = load_robot(model)
     bare = drop_effects(robot, [name for words in effects for name in words.split(",")])
-    kept = names(bare.spec)
-    gone = [name for name in names(robot.spec) if name not in kept]
+    kept = names(bare)
+    gone = [name for name in names(robot) if name not in kept]
     write_spec(bare.spec, output, f"Without {', '.join(gone)}; the rest is as it was identified with it")
     say(f"{output}: {bare.name} without {', '.join(gone)}")
     emit({"file": str(output), "robot": bare.name, "dropped": gone, "effects": kept})

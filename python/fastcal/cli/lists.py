@@ -17,7 +17,7 @@ def robots() -> None:
     entries = []
     for name in available():
         robot = load_robot(name)
-        has_masses = all((joint.get("link") or {}).get("mass_kg") for joint in robot.spec["joints"])
+        has_masses = all(joint.mass_kg for joint in robot.joints)
         entries.append({"name": name, "joints": robot.joint_count, "link_masses": has_masses, "about": about(name)})
     width = max(len(str(entry["name"])) for entry in entries)
     for entry in entries:

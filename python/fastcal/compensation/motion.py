@@ -30,7 +30,7 @@ _SAME_MOVE = 1e-10  # [rad or m]
 def readers(model: Robot, targets: Targets) -> dict[str, str]:
     """The effects, as on a command line, that look at what the targets do not give: "approach" or "move"."""
     found = {}
-    for entry, effect in zip(model.spec.get("effects") or [], model.effects, strict=True):
+    for entry, effect in zip(model.entries, model.effects, strict=True):
         columns = [*conditions_read(entry, effect), *own_columns(entry)]
         for name, start in (("approach", "approach"), ("move", MOVE)):
             if not _given(targets, name) and any(column.startswith(start) for column in columns):

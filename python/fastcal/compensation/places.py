@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from fastcal.errors import InvalidInput
 from fastcal.programs import Cell, Frames, Program
 from fastcal.robot import se3
-from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -57,7 +56,7 @@ class Places:
 
 def _told_from_flange(cell: Cell, robot: Robot) -> Cell:
     """The cell with its flange, which is told from the last row of a table, in the robot's own flange."""
-    own = robot.spec.get("flange")
+    own = robot.description.flange
     if cell.T_last_flange is None or own is None or robot.kinematics == "urdf":
         return cell
-    return replace(cell, T_last_flange=se3.inverse(pose(own)) @ cell.T_last_flange)
+    return replace(cell, T_last_flange=se3.inverse(own.T) @ cell.T_last_flange)

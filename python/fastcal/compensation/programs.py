@@ -135,7 +135,7 @@ def compensate_program(
         notes += singular
     poses = places.nominal.forward(q_nominal)
     changes, change_notes = _changes(places, q_given, q)
-    if nominal is None and not model.spec.get("calibration"):
+    if nominal is None and not model.description.calibration:
         notes.append(f"{model.name} holds no calibration: its own geometry is taken as what the controller believes")
     notes += [*_on_the_arm(model, program), *program.notes, *change_notes, *notes_on_ranges(robot, q, conditions)]
     notes += [] if inverse else _offsets(places, q_nominal, q, conditions)
@@ -147,7 +147,7 @@ def compensate_program(
     )
     shift = _shifts(places, places.nominal.forward(q_given), places.nominal.forward(q))
     left = tuple(map(program.said, program.left))
-    serial = (model.spec.get("made_by") or {}).get("serial")
+    serial = model.made_by.get("serial")
     says = None if inverse else stamp.text(model.sha256, serial, _core.__version__)
     return CompensatedProgram(
         stamp.stamped(program.rewritten(changes), program.language.name, says),
@@ -224,17 +224,17 @@ def _shifts(places: Places, before: FloatArray, after: FloatArray) -> FloatArray
 def _on_the_arm(model: Robot, program: Program) -> list[str]:
     """How the controller may count otherwise than the file, and where the arm of a URDF ends."""
     notes = []
-    if "pendant" not in model.spec and any(target.kind == "joints" for target in program.targets):
+    if not model.description.pendant and any(target.kind == "joints" for target in program.targets):
         notes += doubts_on_joints(program.documents[0].name, model.name)
-    if tip := model.spec.get("source", {}).get("tip_link"):
+    if tip := model.description.source.get("tip_link"):
         notes.append(f"{model.name} ends at the link {tip} of its URDF, from which the tools of the program are told")
     return notes
 
 
 def robot_without_measurement(model: Robot) -> Robot:
     """The model without the effects of the instrument and the set-up: the controller meets the robot alone."""
-    effects = [e for e in model.spec.get("effects") or [] if not traits_of(e["effect"]).of_the_measurement]
-    return Robot(model.spec | {"effects": effects})
+    effects = [e for e in model.entries if not traits_of(e["effect"]).of_the_measurement]
+    return model.with_(effects=effects)
 
 
 def _order(program: Program) -> list[int]:

@@ -14,6 +14,7 @@ from fastcal.conversion.chain import Body, Chain, Spec, chain_of, frame_of, si
 from fastcal.conversion.rows import dh_rows, mdh_rows
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
+from fastcal.place import joint_name
 from fastcal.robot import se3
 from fastcal.robot.se3 import Array
 
@@ -118,7 +119,7 @@ def _urdf(chain: Chain, spec: Spec, to: str) -> _Geometry:
         origin = T[:3, 3] if point is None else point + ((T[:3, 3] - point) @ u) * u
         now = se3.pose(se3.turn_between(T[:3, 2], u, T[:3, 0]) @ T[:3, :3], origin)
         shape = {"origin": _frame(se3.inverse(T) @ now), "axis": [0.0, 0.0, 1.0]}
-        joints.append({"name": f"joint{i + 1}"} | _joint(old, shape, body, now))
+        joints.append({"name": joint_name(i)} | _joint(old, shape, body, now))
         T = now
     return _Geometry(joints, {"flange": _frame(se3.inverse(T) @ chain.home)}, np.eye(4))
 

@@ -79,7 +79,7 @@ def touches(robot: Robot, poses: Candidates, instruments: Instruments, threads: 
 
     The poses themselves are left out where they would measure nothing.
     """
-    bare = Robot({**robot.spec, "effects": []})
+    bare = robot.with_(effects=[])
     T = bare.forward(poses.q, threads=threads)
     parts = [replace(poses, plane=np.full(len(poses), "", dtype=object))]
     for label, (point, normal) in instruments.planes.items():

@@ -88,7 +88,7 @@ class LinearProblem:
     def places_of(self, causes: list[list[Spec]]) -> list[list[int]]:
         """Indices of the model's parameters that belong to each cause, a list of entries of the robot file."""
         of_entry, at = {}, len(self.model.core.parameters)
-        for entry, effect in zip(self.model.spec["effects"], self.model.effects, strict=True):
+        for entry, effect in zip(self.model.entries, self.model.effects, strict=True):
             of_entry[identity(entry)] = list(range(at, at + len(effect.parameters)))
             at += len(effect.parameters)
         return [[i for entry in cause for i in of_entry[identity(entry)]] for cause in causes]

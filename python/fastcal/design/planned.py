@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 
 import numpy as np
@@ -34,21 +33,18 @@ def planned_model(
     Raises:
         InvalidInput: An effect that was asked for needs a condition that a design cannot choose.
     """
-    geometry, entries = parse_effects(effects, robot.core, robot.spec.get("effects") or [])
-    spec = copy.deepcopy(robot.spec)
+    geometry, entries = parse_effects(effects, robot.core, robot.entries)
     added = [*entries, *(entry for rival in rivals for entry in rival)]
     asked = {identity(entry) for entry in added}
     kept, left_out = list[Spec](), list[str]()
-    for entry, effect in zip(robot.spec.get("effects") or [], robot.effects, strict=True):
+    for entry, effect in zip(robot.entries, robot.effects, strict=True):
         if _unvaried(entry, effect) and identity(entry) not in asked:
             left_out.append(label(entry))
         else:
             kept.append(entry)
-    spec["effects"] = without_repeats([*kept, *added])
-    if left_out:
-        spec.pop("calibration", None)  # of effects that are gone
-    model = Robot(spec)
-    for entry, effect in zip(spec["effects"], model.effects, strict=True):
+    gone = {"calibration": None} if left_out else {}  # of effects that are left out
+    model = robot.with_(effects=without_repeats([*kept, *added]), **gone)
+    for entry, effect in zip(model.entries, model.effects, strict=True):
         for column in _unvaried(entry, effect):
             raise InvalidInput(f"{label(entry)} depends on '{column}', which no choice of poses varies")
     notes = [f"the poses are not chosen for {', '.join(left_out)}: nothing that a design chooses shows it"]
@@ -65,7 +61,7 @@ def _unvaried(entry: Spec, effect: _core.Effect) -> list[str]:
 def approached(model: Robot) -> list[int]:
     """Joints, from 0, whose direction of approach some effect asks for."""
     joints = set()
-    for entry, effect in zip(model.spec["effects"], model.effects, strict=True):
+    for entry, effect in zip(model.entries, model.effects, strict=True):
         for column in conditions_read(entry, effect):
             if column == "approach":
                 joints |= set(range(model.joint_count))
@@ -109,7 +105,7 @@ def target_postures(
 
 def _reached(model: Robot, targets: Targets, threads: int) -> tuple[FloatArray, NDArray[np.int64]]:
     """Postures of the targets that the bare arm reaches, and their rows."""
-    bare = Robot(copy.deepcopy(model.spec) | {"effects": []})
+    bare = model.with_(effects=[])
     found = inverse_kinematics(bare, targets.poses, targets.seed if targets.seeded.all() else None, threads=threads)
     rows = np.flatnonzero(np.asarray(found.status) == "reached")
     if len(rows) == 0:

@@ -82,7 +82,7 @@ def nominal(fit: Fit) -> NominalArm:
 def robot_of(fit: Fit, sigma: float) -> Robot:
     """A fit as a robot file, how sure it is among it."""
     start = fit.problem.start.robot
-    bare = Robot(dict(start.spec) | {"effects": [core_entry(entry) for entry in fit.entries]})
+    bare = start.with_(effects=[core_entry(entry) for entry in fit.entries])
     spec = identified_spec(bare, fit.model, fit)
     places = unknowns_found(fit, len(fit.model.parameters), fit.covariance)
     spec = with_found(spec, fit.problem.measured.parameters, *places)
@@ -106,7 +106,7 @@ def groups(names: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
 
 def values(model: Robot, entry: Spec) -> dict[str, NamedValue]:
     """Parameters of an effect as the adapted model has them."""
-    for found in model.spec.get("effects") or []:
+    for found in model.entries:
         if identity(found) == identity(entry):
             return {name: NamedValue(v["value"], v["std"]) for name, v in found["parameters"].items()}
     raise KeyError(identity(entry))

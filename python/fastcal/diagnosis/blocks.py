@@ -26,6 +26,7 @@ from fastcal.diagnosis.projection import score_tests, score_tests_beside
 from fastcal.diagnosis.reasons import Label
 from fastcal.diagnosis.starting_values import corner_start, values_by_name
 from fastcal.effects.entries import curve_of
+from fastcal.place import joint_name
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
@@ -180,11 +181,11 @@ def _fill(out: FloatArray, block: Generic, direction: FloatArray, row: NDArray[n
 
 def _down(robot: Robot, base: FloatArray) -> FloatArray:
     """(3,) direction of gravity in the measuring frame; `base` (3, 3) turns the base into it."""
-    gravity = np.asarray(robot.spec.get("gravity_m_s2", [0.0, 0.0, -9.81]), dtype=np.float64)
+    gravity = np.asarray(robot.description.gravity_m_s2, dtype=np.float64)
     length = float(np.linalg.norm(gravity))
     if length == 0:
         return gravity
-    return np.asarray((gravity if robot.spec.get("gravity_frame") == "measuring" else base @ gravity) / length)
+    return np.asarray((gravity if robot.description.gravity_frame == "measuring" else base @ gravity) / length)
 
 
 def _places(problem: Problem) -> FloatArray:
@@ -197,7 +198,7 @@ def _frames(problem: Problem) -> list[Spec]:
     moved: Spec = {"effect": curve_of("frame"), "column": ONE}
     out: list[Spec] = [{**moved, "owner": "base"}]
     for i, kind in enumerate(robot.joint_types):
-        out.append({**moved, "owner": f"joint{i + 1}", "axis": "rz" if kind == "revolute" else "z"})
+        out.append({**moved, "owner": joint_name(i), "axis": "rz" if kind == "revolute" else "z"})
     return [*out, {**moved, "owner": "tool"}]
 
 

@@ -17,6 +17,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, held
 from fastcal.diagnosis.memory import without_memory
 from fastcal.effects.entries import curve_of
+from fastcal.place import place
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +31,7 @@ def with_finer_knots(at: Fit, curves: Sequence[Spec]) -> list[Spec] | None:
     q = at.problem.kept.q
     wanted, entries = [], []
     for entry in curves:
-        own = q[:, int(entry["owner"].removeprefix("joint")) - 1]
+        own = q[:, place(entry["owner"]).index]
         bare = {"effect": entry["effect"], "owner": entry["owner"]}
         if np.ptp(own) > 2 * np.pi:
             own, bare = own % (2 * np.pi), {**bare, "periodic": 1}

@@ -22,6 +22,7 @@ from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import BlockLabel
 from fastcal.measurements.dataset import Dataset
+from fastcal.place import joint_position
 
 FloatArray = NDArray[np.float64]
 
@@ -136,7 +137,7 @@ def joint_curves(
 
 def _wanted_of_joint(joint: int, data: Dataset, loads: FloatArray, turns: bool) -> Iterator[_Wanted]:
     q = data.q
-    yield _Wanted((f"q{joint + 1}",), partial(_own_curve, q[:, joint], turns))
+    yield _Wanted((joint_position(joint),), partial(_own_curve, q[:, joint], turns))
     load = loads[:, joint] if np.ptp(loads[:, joint]) > _ROUNDING * np.abs(loads).max() else np.zeros(len(loads))
     if load.any():
         yield _Wanted(("torque",), partial(_signed, load), of_load=True)
@@ -145,7 +146,7 @@ def _wanted_of_joint(joint: int, data: Dataset, loads: FloatArray, turns: bool) 
     yield from _of_history(joint, data)
     for a, b in combinations(range(q.shape[1]), 2):
         if joint in (a, b) or abs(a - b) <= 2:
-            yield _Wanted((f"q{a + 1}", f"q{b + 1}"), partial(_pair, q[:, a], q[:, b]))
+            yield _Wanted((joint_position(a), joint_position(b)), partial(_pair, q[:, a], q[:, b]))
 
 
 def _signed(load: FloatArray) -> FloatArray:

@@ -29,6 +29,7 @@ from fastcal.diagnosis.noise_scales import first_kind, numbers_of, sigmas
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal
+from fastcal.place import place
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -95,7 +96,7 @@ def last_stretch(data: Dataset) -> BoolArray:
 
 def positions(data: Dataset, owner: str) -> NDArray[np.intp]:
     """(N,) position of a joint as one of POSITION_BINS, in each row."""
-    joint = int(owner.removeprefix("joint")) - 1
+    joint = place(owner).index
     return place_groups(data.q[:, [joint]], rules.POSITION_BINS)
 
 

@@ -29,6 +29,7 @@ from fastcal.effects.entries import (
 from fastcal.effects.traits import Traits, filled
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.place import place
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
@@ -140,7 +141,7 @@ def is_excluded(effect: str, owner: str, excluded: Collection[Exclusion]) -> boo
 
 def build_library(robot: Robot, data: Dataset, excluded: Collection[Exclusion] = ()) -> Library:
     """All names for a robot and data, without those in its file already and those excluded."""
-    there = {identity(entry) for entry in robot.spec.get("effects") or []}
+    there = {identity(entry) for entry in robot.entries}
     names: list[Hypothesis] = []
     untestable: list[Untestable] = []
     for effect in effect_names():
@@ -284,7 +285,7 @@ def _waves(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
 
 def harmonics(bare: Spec, robot: Robot, data: Dataset, orders: Collection[float]) -> Iterator[Hypothesis]:
     """A wave of each order of which at least half a period fits into both the joint's limits and the data's range."""
-    joint = int(bare["owner"].removeprefix("joint")) - 1
+    joint = place(bare["owner"]).index
     span = float(np.ptp(data.q[:, joint]))
     for order in orders:
         if order >= 1 and order * span > math.pi:
@@ -297,7 +298,7 @@ def harmonics(bare: Spec, robot: Robot, data: Dataset, orders: Collection[float]
 
 def without_masses(robot: Robot) -> bool:
     """Does the robot file say nothing of what the arm weighs?"""
-    return not any(float((joint.get("link") or {}).get("mass_kg", 0.0)) > 0 for joint in robot.spec["joints"])
+    return not any(joint.mass_kg > 0 for joint in robot.joints)
 
 
 _VARIANTS: dict[str, Callable[[Spec, Robot, Dataset], Iterator[Hypothesis]]] = {

@@ -22,6 +22,7 @@ from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, Reason
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.measurements.dataset import Dataset
+from fastcal.place import joint_name
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import SearchNode
@@ -47,7 +48,7 @@ def moved_zeros(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
     zeros = []
     for joint in range(problem.start.robot.joint_count):
         columns = np.zeros((len(A), over.shape[1]))
-        columns[: len(row)] = without_memory(problem, over[row] * state.blocks.frames[f"joint{joint + 1}"], row)
+        columns[: len(row)] = without_memory(problem, over[row] * state.blocks.frames[joint_name(joint)], row)
         zeros.append(columns)
     Q = basis(np.delete(A, own, axis=1))
     sizes = [len(own), *(len(over.T) for _ in zeros)]
@@ -57,7 +58,7 @@ def moved_zeros(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
     p = p_values(np.maximum(statistic[0] - statistic[1:], 0.0), more, problem.noise.freedom)
     moved = np.flatnonzero((rank[1:] > 0) & (p > rules.ALPHA_MOVED_ZERO))
     reason = Reason.ZERO_CREEPS if _creeps(name) else Reason.ZERO_JUMPED
-    joints = tuple(BlockLabel(f"joint{joint + 1}", name.traits.depends_on) for joint in moved)
+    joints = tuple(BlockLabel(joint_name(int(joint)), name.traits.depends_on) for joint in moved)
     return (Because(reason, subjects=joints),) if joints else ()
 
 

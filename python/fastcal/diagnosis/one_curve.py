@@ -21,6 +21,7 @@ from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.periodic import is_periodic, scan
 from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.place import place
 from fastcal.surrogate.evidence import Beside
 from fastcal.surrogate.features import features
 
@@ -67,7 +68,7 @@ def is_one_curve(search: Search, state: SearchNode, waves: Sequence[Hypothesis])
     beside = Beside(A, r)
     turn = base.blocks.frames[owner][:, 0]
     row = base.fit.near.row
-    q = search.problem.kept.q[:, int(owner.removeprefix("joint")) - 1]
+    q = search.problem.kept.q[:, place(owner).index]
 
     def evidence(functions: FloatArray) -> float:
         columns = np.zeros((len(r), functions.shape[1]))

@@ -23,6 +23,7 @@ from fastcal.diagnosis.row_projections import Effect, Reading
 from fastcal.diagnosis.search import SearchNode
 from fastcal.effects.entries import build_effects, core_options, traits_of
 from fastcal.effects.traits import filled
+from fastcal.place import joint_position, place
 from fastcal.robot.robot import Spec
 
 if TYPE_CHECKING:
@@ -143,7 +144,7 @@ def _courses(entry: Spec, data: Dataset) -> list[FloatArray]:
 def _joint(
     effect: Effect, owner: str, blocks: Blocks, on: tuple[str, ...], columns: list[FloatArray]
 ) -> PartialResidual:
-    revolute = effect.fit.problem.start.robot.joint_types[int(owner.removeprefix("joint")) - 1] == "revolute"
+    revolute = effect.fit.problem.start.robot.joint_types[place(owner).index] == "revolute"
     reading = effect.along(blocks.frames[owner][:, 0])
     return _result(effect, on, columns, "joint", "rad" if revolute else "m", reading)
 
@@ -157,7 +158,7 @@ def _variable(name: str, owner: str, fit: Fit) -> FloatArray | None:
         columns = {"q": data.q, "approach": data.approach, "current": data.current}[of_joint[1]]
         values = None if columns is None else columns[:, int(of_joint[2]) - 1]
     elif name == "torque" and owner.startswith("joint"):
-        values = fit.loads[:, int(owner.removeprefix("joint")) - 1]
+        values = fit.loads[:, place(owner).index]
     elif name in ("x", "y", "z") and data.position is not None:
         values = data.position[:, "xyz".index(name)]
     elif values is None:
@@ -179,5 +180,5 @@ def _result(
 
 def _units(on: tuple[str, ...], effect: Effect) -> tuple[str, ...]:
     kinds = effect.fit.problem.start.robot.joint_types
-    unit = {f"q{k + 1}": "rad" if kind == "revolute" else "m" for k, kind in enumerate(kinds)}
+    unit = {joint_position(k): "rad" if kind == "revolute" else "m" for k, kind in enumerate(kinds)}
     return tuple(unit.get(name, "") for name in on)

@@ -25,6 +25,7 @@ from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
+from fastcal.place import joint_name, place
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.problem import Problem
@@ -48,7 +49,7 @@ def fine_looks(problem: Problem, name: Hypothesis) -> float:
     """How many orders of all joints were looked at before a wave beyond MAX_ORDER was found; 0 of any other name."""
     if not is_periodic(name) or float(name.entry.get("order", 0.0)) <= rules.MAX_ORDER:
         return 0.0
-    joint = int(name.owner.removeprefix("joint")) - 1
+    joint = place(name.owner).index
     return float(len(_spaced(float(np.ptp(problem.kept.q[:, joint])), rules.FINEST_WAVE)) * problem.kept.q.shape[1])
 
 
@@ -62,7 +63,7 @@ def scan(state: SearchNode, *, fine_alone: bool = False) -> list[Hypothesis]:
     found: list[Hypothesis] = []
     for joint, new in enumerate(each(_orders(state, fine_alone=fine_alone), range(problem.start.robot.joint_count))):
         for effect in waves_of_a_joint:
-            bare = {"effect": effect, "owner": f"joint{joint + 1}"}
+            bare = {"effect": effect, "owner": joint_name(joint)}
             if not is_excluded(effect, bare["owner"], problem.excluded):
                 found += harmonics(bare, problem.start.robot, problem.kept, new)
     there = {repr(name) for name in problem.names}
@@ -105,7 +106,7 @@ def _fine_orders(
     misfit that is no noise, one of thousands of orders explains much of it.
     """
     at = state.fit
-    q, turn = at.problem.kept.q[:, joint], state.blocks.frames[f"joint{joint + 1}"][:, 0]
+    q, turn = at.problem.kept.q[:, joint], state.blocks.frames[joint_name(joint)][:, 0]
     span = float(np.ptp(q))
     orders = _spaced(span, rules.FINEST_WAVE)
     orders = orders[orders > rules.MAX_ORDER]
@@ -159,7 +160,7 @@ def _spaced(span: float, highest: float) -> FloatArray:
 def _scored(state: SearchNode, joint: int) -> Callable[[FloatArray], _core.BlockScores]:
     """Score tests of waves of a joint by their orders, at a fit."""
     problem, Q = state.fit.problem, state.fit.basis
-    q, turn = problem.kept.q[:, joint], state.blocks.frames[f"joint{joint + 1}"]
+    q, turn = problem.kept.q[:, joint], state.blocks.frames[joint_name(joint)]
     _A, r, row = state.fit.whitened
     row = row[row >= 0]  # numbers that were measured come before priors
 
@@ -180,7 +181,7 @@ def orders_alike(base: SearchNode, name: Hypothesis) -> tuple[float, ...]:
     Over positions a step s apart the orders n and k 2 pi / s +- n are one and the same wave. Orders within the
     resolution of the joint's range, 2 pi over it, are not others.
     """
-    joint, own = int(name.owner.removeprefix("joint")) - 1, float(name.entry["order"])
+    joint, own = place(name.owner).index, float(name.entry["order"])
     span = float(np.ptp(base.fit.problem.kept.q[:, joint]))
     orders = _spaced(span, max(rules.FINEST_ORDER, 2 * own))
     scored, step = _scored(base, joint), np.pi / (2 * span)

@@ -26,6 +26,7 @@ from fastcal.effects.entries import build_effects, effect_names, effect_owners, 
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kind_of
+from fastcal.place import place
 from fastcal.robot.robot import Robot, Spec
 
 FloatArray = NDArray[np.float64]
@@ -212,7 +213,7 @@ class Problem:
     @property
     def given(self) -> list[Spec]:
         """Effects that the robot file has."""
-        return list(self.start.robot.spec.get("effects") or [])
+        return list(self.start.robot.entries)
 
     def effects(self, entries: Sequence[Spec]) -> list[_core.Effect]:
         """The entries as the core has them."""
@@ -284,5 +285,4 @@ def _has_mass(robot: Robot, owner: str) -> bool:
     """Is the mass of a link known? True for what is not a link."""
     if not owner.startswith("link"):
         return True
-    link = robot.spec["joints"][int(owner.removeprefix("link")) - 1].get("link") or {}
-    return float(link.get("mass_kg", 0.0)) > 0
+    return robot.joints[place(owner).index].mass_kg > 0

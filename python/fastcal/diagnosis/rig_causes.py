@@ -81,13 +81,13 @@ class RigCause:
 def rig_causes(robot: Robot) -> list[RigCause]:
     """What may be wrong with the cameras and boards of a cell."""
     out = []
-    for name, camera in robot.spec["cameras"].items():
+    for name, camera in robot.description.cameras.items():
         if camera["intrinsics"] != "identify":
             coefficients = len(camera["distortion"])
             names = (*_LENS, *(f"distortion{k}" for k in range(1, coefficients + 1)))
             steps = (_LENS_STEP,) * 4 + (_DISTORTION_STEP,) * coefficients
             out.append(RigCause(INTRINSICS, name, names, steps, _lens_change(name)))
-    for name, board in robot.spec["boards"].items():
+    for name, board in robot.description.boards.items():
         if board["kind"] == "points":
             continue
         out.append(RigCause(BOARD_SCALE, name, ("scale",), (1e-5,), _scale_change(name)))

@@ -29,6 +29,7 @@ from fastcal.diagnosis.robust_rows import without_outliers
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
+from fastcal.place import joint_name, place
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -153,7 +154,7 @@ class Rivals:
         """Profiles of all joints that turn and have none in the model that was given."""
         problem = self.search.problem
         has = {entry["owner"] for entry in problem.given if entry["effect"] == curve_of("joint")}
-        turning = [f"joint{i + 1}" for i, kind in enumerate(problem.start.robot.joint_types) if kind == "revolute"]
+        turning = [joint_name(i) for i, kind in enumerate(problem.start.robot.joint_types) if kind == "revolute"]
         return [profile(joint) for joint in turning if joint not in has]
 
     def with_profiles(self, state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
@@ -264,7 +265,7 @@ def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
     None where the fit does not converge, or where an effect of the set has size zero beside the profiles.
     """
     q = state.fit.problem.kept.q
-    moving = [p for p in profiles if np.ptp(q[:, int(p["owner"].removeprefix("joint")) - 1]) > 0]
+    moving = [p for p in profiles if np.ptp(q[:, place(p["owner"]).index]) > 0]
     curves = with_curvatures(state.fit, moving)
     at, problem = state.fit, state.fit.problem
     for _ in range(rules.MAX_REFITS):

@@ -14,6 +14,7 @@ from fastcal import _core
 from fastcal.diagnosis.problem import Problem
 from fastcal.effects.entries import same_parameters, traits_of
 from fastcal.errors import InvalidInput
+from fastcal.place import place
 from fastcal.robot.robot import Spec
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def corner_start(entry: Spec, start: Fit | None, known: Known) -> FloatArray:
     """low, high, critical of a compliance that bends at a quantile of the loads that are met."""
     if start is None:
         raise InvalidInput(f"{entry['effect']}@{entry['owner']}: a corner follows from the loads of a fit")
-    joint = int(entry["owner"].removeprefix("joint")) - 1
+    joint = place(entry["owner"]).index
     simpler = [{"effect": e, "owner": entry["owner"]} for e in traits_of(entry["effect"]).generalizes]
     slope = next((next(iter(known[key].values())) for key in map(same_parameters, simpler) if key in known), 0.0)
     return np.array([slope, slope, start.corner_loads(entry["corner"])[joint]])

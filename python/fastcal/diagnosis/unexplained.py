@@ -18,7 +18,9 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.slow_motion import SlowMotions
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of
+from fastcal.place import joint_name, joint_position, place
 from fastcal.robot.robot import Robot, Spec
+from fastcal.robot.robot_spec import Joint, RobotSpec, content
 
 FloatArray = NDArray[np.float64]
 
@@ -74,11 +76,11 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
 
     By least squares of sines and cosines of orders 1 ... PROFILE_ORDERS over the range that the profile was fitted on.
     """
-    at = [(e["effect"], e["owner"]) for e in model.spec["effects"]].index((entry["effect"], entry["owner"]))
-    found = model.spec["effects"][at]
+    at = [(e["effect"], e["owner"]) for e in model.entries].index((entry["effect"], entry["owner"]))
+    found = model.entries[at]
     if "low_rad" not in found:
         return []
-    joint = int(entry["owner"].removeprefix("joint")) - 1
+    joint = place(entry["owner"]).index
     q = np.zeros((200, model.joint_count))
     q[:, joint] = np.linspace(found["low_rad"], found["high_rad"], len(q))
     curve = profile_curve(model, entry["owner"], q[:, joint])
@@ -97,24 +99,11 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
 
 def profile_curve(model: Robot, owner: str, q: FloatArray) -> FloatArray:
     """Joint error [rad or m] of a model's profile at positions q (k,): of a robot that has this one joint alone."""
-    joint = int(owner.removeprefix("joint")) - 1
-    kind = model.joint_types[joint]
-    (entry,) = (e for e in model.spec["effects"] if (e["effect"], e["owner"]) == (curve_of("joint"), owner))
-    unit = "deg" if kind == "revolute" else "mm"
-    bare = {"type": kind, "theta_deg": 0.0, "d_mm": 0.0, "a_mm": 0.0, "alpha_deg": 0.0, "beta_deg": 0.0}
-    limits = {key: model.spec["joints"][joint][key] for key in (f"min_{unit}", f"max_{unit}")}
-    still = {"xyz_mm": [0.0] * 3, "rpy_deg": [0.0] * 3}
-    spec = dict(model.spec) | {
-        "kinematics": "dh",
-        "joints": [bare | limits],
-        "coupling": [],
-        "base": still,
-        "tool": still,
-        "effects": [dict(entry) | {"owner": "joint1"}],
-    }
-    for key in ("calibration", "compensator", "structure"):
-        spec.pop(key, None)
-    T = Robot(spec).forward(q[:, np.newaxis])
+    joint = place(owner).index
+    kind = model.joints[joint].type
+    (entry,) = (e for e in model.entries if (e["effect"], e["owner"]) == (curve_of("joint"), owner))
+    alone = RobotSpec(model.name, "dh", (Joint(kind),), effects=[entry | {"owner": joint_name(0)}])
+    T = Robot(content(alone)).forward(q[:, np.newaxis])
     if kind == "prismatic":
         return np.asarray(T[:, 2, 3] - q)
     turn = np.arctan2(T[:, 1, 0], T[:, 0, 0]) - q
@@ -153,7 +142,7 @@ def at_a_posture(geometry: Evaluation, outliers: Sequence[int], sigma: float) ->
     if geometry.length_after is not None:
         beyond += np.nan_to_num(geometry.length_after**2 - sigma**2)
     share = float(beyond[rows].sum()) / max(float(beyond.sum()), float(beyond[rows].sum()), 1e-300)
-    return Unexplained(f"joint{joint + 1}", float(np.clip(share, 0.0, 1.0)), (f"q{joint + 1}",))
+    return Unexplained(joint_name(joint), float(np.clip(share, 0.0, 1.0)), (joint_position(joint),))
 
 
 def one_block_does_better(search: Search, best: SearchNode) -> bool:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 import numpy as np
@@ -62,7 +61,7 @@ def branches(
     from scipy.stats import qmc  # takes long to import
 
     seeds = low + (high - low) * qmc.Sobol(model.joint_count, seed=generator).random(max(int(starts), 1))
-    nominal = Robot(copy.deepcopy(model.spec) | {"effects": []})
+    nominal = model.with_(effects=[])
     found = inverse_kinematics(nominal, np.broadcast_to(T, (len(seeds), 4, 4)), seeds, restarts=0, threads=threads)
     turns = np.array([kind == "revolute" for kind in model.joint_types])
     ways: list[FloatArray] = []

@@ -87,7 +87,7 @@ def inertia_load(robot: Robot, *, points: int = 512, scrambles: int = 8, seed: i
         raise InvalidInput(f"scrambles must be at least 2, to estimate an error, got {scrambles}")
     low, high = robot.limits.T
     turns = np.array([kind == "revolute" for kind in robot.joint_types])
-    bare = Robot(robot.spec | {"effects": []})
+    bare = robot.with_(effects=[])
     nodes = (1 - np.cos(np.pi * (np.arange(_POSITIONS) + 0.5) / _POSITIONS)) / 2
     from scipy.stats import qmc  # takes long to import
 

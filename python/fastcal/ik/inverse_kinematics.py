@@ -194,7 +194,7 @@ def _solve(
     """
     if model.mimics:
         return InverseKinematics(*solve_driven(model, T, q, restarts=restarts, options=options, **conditions), model)
-    moving = model.correction is not None or any(find(entry["effect"]) for entry in model.spec.get("effects") or [])
+    moving = model.correction is not None or any(find(entry["effect"]) for entry in model.entries)
     aimed = T.copy()
     for _ in range(_MAX_ROUNDS):
         aimed[:, :3, 3] = T[:, :3, 3] - model.correct(q, conditions.get("payload")).displacement

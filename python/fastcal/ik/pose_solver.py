@@ -53,7 +53,7 @@ class PoseSolver:
         self._asked: dict[str, Any] = {**asked, "hold": hold, "random_seed": random_seed, **conditions}
         self._conditions = conditions
         rows = model.conditions(np.zeros(model.joint_count), **conditions)
-        follows = model.correction is not None or any(find(e["effect"]) for e in model.spec.get("effects") or [])
+        follows = model.correction is not None or any(find(e["effect"]) for e in model.entries)
         follows = follows or bool(model.mimics)
         self._core = None if follows else _core.PoseSolver(model.error_model, rows, reach=model.reach, **options)
 

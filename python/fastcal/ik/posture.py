@@ -56,7 +56,7 @@ class SphericalWristArm:
     """
 
     def __init__(self, nominal: Robot) -> None:
-        self.robot = Robot(nominal.spec | {"effects": []})
+        self.robot = nominal.with_(effects=[])
         self.has_configurations = self._is_of_this_kind()
         if self.has_configurations:
             axes = _Axes(self.robot, np.zeros((1, 6)))
@@ -88,8 +88,8 @@ class SphericalWristArm:
         T_world_base = np.asarray(self.robot.core.base_and_tool(self.robot.core.nominal)[0])
         height = float((p2 - T_world_base[:3, 3]) @ z1)
         if abs(height) < MEETING * self.robot.reach:
-            gravity = np.array(self.robot.spec["gravity_m_s2"], dtype=float)
-            if self.robot.spec["gravity_frame"] == "base":
+            gravity = np.array(self.robot.description.gravity_m_s2, dtype=float)
+            if self.robot.description.gravity_frame == "base":
                 gravity = T_world_base[:3, :3] @ gravity
             height = float(-gravity @ z1)
         return 0.0 if abs(height) < MEETING else float(np.sign(height))

@@ -9,7 +9,6 @@ of the configuration and behavior of multibody mechanisms", 1977).
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -117,7 +116,7 @@ def arm_angles(robot: Robot, q: ArrayLike) -> FloatArray:
 
 
 def _without_effects(robot: Robot) -> Robot:
-    return Robot(copy.deepcopy(robot.spec) | {"effects": []})
+    return robot.with_(effects=[])
 
 
 def _criterion(model: Robot, prefer: str, start: FloatArray, arm_angle: float, conditions: dict[str, Any]) -> Criterion:

@@ -78,26 +78,26 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
         raise table.error(
             f"row must be 0 to {len(data) - 1}, as the poses have {len(data)} rows, got {row[bad[0]]}", int(bad[0])
         )
-    camera = _named(table, place["camera"], list(robot.spec["cameras"]), "camera")
-    board = _named(table, place["board"], list(robot.spec["boards"]), "board")
+    camera = _named(table, place["camera"], list(robot.description.cameras), "camera")
+    board = _named(table, place["board"], list(robot.description.boards), "board")
     counts = np.array(corner_counts(robot.spec))[board]
     if (bad := np.flatnonzero((corner < 0) | (corner >= counts))).size:
         k = bad[0]
-        name = list(robot.spec["boards"])[board[k]]
+        name = list(robot.description.boards)[board[k]]
         raise table.error(f"corner must be 0 to {counts[k] - 1} on board {name}, got {corner[k]}", int(k))
     uv = np.column_stack([_numbers(table, place[name]) for name in ("u_px", "v_px")])
-    sizes = np.array([entry["size_px"] for entry in robot.spec["cameras"].values()], dtype=np.float64)[camera]
+    sizes = np.array([entry["size_px"] for entry in robot.description.cameras.values()], dtype=np.float64)[camera]
     beyond = (uv < -_BEYOND * sizes) | (uv > (1 + _BEYOND) * sizes)
     if (bad := np.flatnonzero(beyond.any(axis=1))).size:
         k = bad[0]
-        name = list(robot.spec["cameras"])[camera[k]]
+        name = list(robot.description.cameras)[camera[k]]
         size = f"{sizes[k, 0]:.0f} x {sizes[k, 1]:.0f}"
         raise table.error(
             f"({uv[k, 0]:g}, {uv[k, 1]:g}) px lies outside the pictures of camera {name} ({size}); is size_px right?",
             int(k),
         )
     where = list(pictures(robot.spec).values())
-    first = np.array([part.start for part in where]).reshape(len(robot.spec["cameras"]), -1)
+    first = np.array([part.start for part in where]).reshape(len(robot.description.cameras), -1)
     at = first[camera, board] + corner
     width = where[-1].stop
     # A row may hold two pictures of a board: one of them belongs to another row, and the arm will say which.

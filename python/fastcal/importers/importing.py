@@ -127,7 +127,7 @@ def read(
         InvalidInput, ParseError: It can't be read, or several sheets could be it.
     """
     kinds = None if robot is None else robot.joint_types
-    names = [] if robot is None else [str(joint["name"]) for joint in robot.spec["joints"] if "name" in joint]
+    names = [] if robot is None else [joint.name for joint in robot.joints if joint.name is not None]
     found: list[tuple[Grid, Reading]] = []
     problems: list[tuple[int, InvalidInput]] = []  # and how many titles of the sheet are known
     count = None if kinds is None else len(kinds)

@@ -10,7 +10,6 @@ what is judged last is judged to fractions of a millimetre.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -62,7 +61,7 @@ def pair_by_robot(robot: Robot, q: FloatArray, points: FloatArray, expected: Seq
         points: In the order in which they were measured; where names give the order, in that of the poses.
         expected: The pairs as names, times or the order have them; None where counts differ and nothing else decides.
     """
-    bare = Robot(copy.deepcopy(robot.spec) | {"effects": []})
+    bare = robot.with_(effects=[])
     start = _start(bare, q, points, expected)
     if start is None:
         return None

@@ -12,7 +12,6 @@ from pathlib import Path
 from fastcal.errors import InvalidInput
 from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.excel import EXPLANATIONS
-from fastcal.robot.core_model import length_or_angle_unit
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -53,15 +52,15 @@ def write_template(path: str | os.PathLike[str], robot: Robot) -> list[str]:
 def _columns(robot: Robot) -> dict[str, str]:
     """The columns that every measurement of points has, and what they hold."""
     out = {}
-    shown = {entry["joint"] for entry in robot.spec.get("pendant") or []}
+    shown = {entry.joint for entry in robot.description.pendant}
     letter = "q" if robot.pendant.is_chain else "j"
-    for joint, (spec, (low, high)) in enumerate(zip(robot.spec["joints"], robot.limits.tolist(), strict=True), start=1):
-        if "mimic" in spec:
-            continue  # it follows another joint
-        unit = length_or_angle_unit(spec)
+    for number, (joint, (low, high)) in enumerate(zip(robot.joints, robot.limits.tolist(), strict=True), start=1):
+        if joint.mimic is not None:
+            continue
+        unit = joint.unit
         reach = f"{from_si(low, unit):.6g} to {from_si(high, unit):.6g} {unit}"
-        told = f", {reach}" if joint not in shown else ", as the controller shows it"
-        out[f"{letter}{joint}_{unit}"] = f"joint {joint}: the position that was commanded{told}"
+        told = f", {reach}" if number not in shown else ", as the controller shows it"
+        out[f"{letter}{number}_{unit}"] = f"joint {number}: the position that was commanded{told}"
     for axis in "xyz":
         out[f"{axis}_mm"] = f"{axis} of the measured point in the instrument's frame; empty where it was not measured"
     return out

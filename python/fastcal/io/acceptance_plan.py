@@ -43,14 +43,14 @@ def write_test(path: str | os.PathLike[str], plan: AcceptancePlan, robot: Robot)
 def _visits_text(plan: AcceptancePlan, robot: Robot) -> str:
     visits = Dataset.from_arrays(plan.q, payload=plan.payload, approach=plan.approach)
     columns = {"pose": [visit.pose for visit in plan.visits]}
-    own = joint_columns(robot.spec, plan.q)
+    own = joint_columns(robot.description, plan.q)
     if any(visit.direction for visit in plan.visits):
         columns["direction"] = [visit.direction for visit in plan.visits]
     numbers = [*from_si(plan.commanded[:, :3, 3], "mm").T, *quaternions(plan.commanded[:, :3, :3]).T]
     return csv_text(
         columns
         | {"cycle": [visit.cycle for visit in plan.visits]}
-        | controller_columns(robot.spec, plan.q)
+        | controller_columns(robot.description, plan.q)
         | {name: column for name, column in file_columns(visits, robot.joint_types).items() if name not in own}
         | dict(zip(TARGET_COLUMNS, numbers, strict=True))
     )

@@ -43,7 +43,7 @@ def write_corrections(
     columns["error_mm"] = from_si(error, "mm")
     for axis, along, about in zip("xyz", shift[:, :3].T, shift[:, 3:].T, strict=True):
         columns[f"shift_{axis}_mm"], columns[f"turn_{axis}_deg"] = from_si(along, "mm"), from_si(about, "deg")
-    columns.update(joint_columns(robot.spec, joints, "dq"))
+    columns.update(joint_columns(robot.description, joints, "dq"))
     if not robot.pendant.is_chain:
-        columns.update(joint_columns(robot.spec, robot.pendant.shown(joints + robot.pendant.zero), "dj"))
+        columns.update(joint_columns(robot.description, robot.pendant.shown(joints + robot.pendant.zero), "dj"))
     write_csv(path, columns)

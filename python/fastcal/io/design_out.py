@@ -160,7 +160,7 @@ def _is_own(path: Path) -> bool:
 
 def _columns(poses: Candidates, robot: Robot) -> Columns:
     columns: Columns = {"order": list(range(1, len(poses) + 1))}
-    for name, values in controller_columns(robot.spec, poses.q).items():
+    for name, values in controller_columns(robot.description, poses.q).items():
         columns[name] = np.round(values, 6).tolist()
     columns["payload_kg"] = poses.payload.tolist()
     if poses.approach is not None:

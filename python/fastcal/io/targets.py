@@ -112,7 +112,7 @@ def write_commands(
     Raises:
         InvalidInput: The file cannot be written.
     """
-    columns: dict[str, object] = {**joint_columns(robot.spec, q), **controller_columns(robot.spec, q)}
+    columns: dict[str, object] = {**joint_columns(robot.description, q), **controller_columns(robot.description, q)}
     columns["residual_mm"], columns["residual_deg"] = from_si(residual[0], "mm"), from_si(residual[1], "deg")
     columns["sigma_mm"], columns["status"] = from_si(sigma, "mm"), status.tolist()
     if weight is not None:

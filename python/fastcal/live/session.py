@@ -23,7 +23,6 @@ from fastcal.live.next_pose import NextPose, Workspace
 from fastcal.live.rows import Header
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import RobotLike, as_robot
-from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
@@ -97,7 +96,7 @@ class LiveSession:
         seed: int = 0,
     ) -> None:
         given = as_robot(robot)
-        self.nominal = Robot({**given.spec, "effects": []})
+        self.nominal = given.with_(effects=[])
         self.goal, self.sigma = goal, sigma
         self.journal = Journal(Path(folder))
         self.workspace = Workspace(self.nominal, plan, seed)

@@ -165,7 +165,7 @@ def _checked(place: Path, model: Event, pattern: str | None, options: dict[str, 
         robot: Robot = late.call("load_robot", place / model.file)
         paths, data = _measured(place, robot, pattern)
         names = tuple(str(path.relative_to(place)) for path in paths)
-        serial = (robot.spec.get("made_by") or {}).get("serial") or place.name
+        serial = robot.made_by.get("serial") or place.name
         who = {**(options["who"] or {}), "serial": serial}
         return ArmCheck(place.name, names, check(robot, data, **(options | {"who": who})))
     except FastcalError as error:
@@ -179,7 +179,7 @@ def _measured(place: Path, robot: Robot, pattern: str | None) -> tuple[list[Path
         if not paths:
             raise InvalidInput(NO_FILE)
         return paths, late.call("load_measurements", paths, robot)
-    origin = robot.spec.get("made_by") or {}
+    origin = robot.made_by
     newest = sorted(_files(place, MEASUREMENTS), key=lambda path: (path.stat().st_mtime_ns, path.name), reverse=True)
     for path in newest:
         if path.name in origin.get("data", []):

@@ -20,8 +20,8 @@ from scipy import linalg
 from fastcal.effects.entries import full_name, identity, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.monitoring.setups import rigid, with_base
+from fastcal.place import joint_column, joint_name
 from fastcal.robot.calibration_record import CalibrationRecord
-from fastcal.robot.core_model import length_or_angle_unit
 from fastcal.robot.identified_spec import Values, identified_spec
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
@@ -41,15 +41,15 @@ _AT_REST = 1e6  # [s] between two postures
 
 def bare(robot: Robot) -> Robot:
     """Without what belongs to the measurement."""
-    effects = [e for e in robot.spec.get("effects") or [] if not traits_of(e["effect"]).of_the_measurement]
-    return Robot({**robot.spec, "effects": effects, "correction": None})
+    effects = [e for e in robot.entries if not traits_of(e["effect"]).of_the_measurement]
+    return robot.with_(effects=effects, correction=None)
 
 
 def union_of(a: Robot, b: Robot) -> Robot:
     """The first model with the second one's further effects at 0."""
-    there = {identity(entry) for entry in a.spec["effects"]}
-    more = [{**entry, "parameters": {}} for entry in b.spec["effects"] if identity(entry) not in there]
-    return Robot({**a.spec, "effects": [*a.spec["effects"], *more]})
+    there = {identity(entry) for entry in a.entries}
+    more = [{**entry, "parameters": {}} for entry in b.entries if identity(entry) not in there]
+    return a.with_(effects=[*a.entries, *more])
 
 
 def postures(a: Robot, b: Robot, threads: int) -> Postures:
@@ -59,16 +59,14 @@ def postures(a: Robot, b: Robot, threads: int) -> Postures:
     low, high = np.array(a.limits.T)
     for robot in (a, b):
         record = robot.record
-        for i, joint in enumerate(robot.spec["joints"]):
-            unit = length_or_angle_unit(joint)
-            limits = robot.limits[i]
-            known = (record.covered if record else {}).get(f"q{i + 1}_{unit}")
-            span = limits if known is None else to_si(np.array(known), unit)
+        for i, joint in enumerate(robot.joints):
+            known = (record.covered if record else {}).get(joint_column(i, joint.unit))
+            span = robot.limits[i] if known is None else to_si(np.array(known), joint.unit)
             low[i], high[i] = max(low[i], span[0]), min(high[i], span[1])
     low, high = np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)
     if not (low <= high).all():
-        joint = int(np.argmin(low <= high)) + 1
-        raise InvalidInput(f"the ranges of joint {joint} on which the two models were fitted do not meet")
+        number = int(np.argmin(low <= high)) + 1
+        raise InvalidInput(f"the ranges of joint {number} on which the two models were fitted do not meet")
     unit_cube = qmc.Sobol(len(low), rng=np.random.default_rng(_SEED)).random_base2(int(np.log2(POSTURES)))
     records = [r.record for r in (a, b) if r.record]
     return Postures(low + unit_cube * (high - low), _conditions(records, len(low)), threads)
@@ -171,16 +169,16 @@ def readable(union: Robot, at: Postures, free: list[int]) -> list[int]:
 def _zeros(robot: Robot) -> list[int]:
     """Indices of the joints' zeros; of a URDF's joint only where its axis is x, y or z of its frame."""
     names = []
-    for joint, kind in zip(robot.spec["joints"], robot.joint_types, strict=True):
-        turns = kind == "revolute"
+    for joint in robot.joints:
+        turns = joint.turns
         if robot.kinematics != "urdf":
             names.append("theta" if turns else "d")
             continue
-        axis = np.abs(np.asarray(joint["axis"], dtype=float))
+        axis = np.abs(np.asarray(joint.axis, dtype=float))
         k = int(np.argmax(axis))
         along = ("rx", "ry", "rz")[k] if turns else "xyz"[k]
         names.append(along if np.count_nonzero(axis) == 1 else "")
-    known = {(f"joint{j + 1}", name) for j, name in enumerate(names)}
+    known = {(joint_name(j), name) for j, name in enumerate(names)}
     own = len(robot.core.parameters)
     return [i for i, p in enumerate(robot.error_model.parameters[:own]) if (p.owner, p.name) in known]
 

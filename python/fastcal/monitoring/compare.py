@@ -81,9 +81,7 @@ class Comparison(Shown):
             "parameters": [vars(d) for d in self.parameters],
             "unexplained_mm": self.unexplained / factor("mm"),
             "postures": len(self.q),
-            "models": [
-                {"robot": model.name, "made_by": model.spec.get("made_by") or {}} for model in (self.first, self.second)
-            ],
+            "models": [{"robot": model.name, "made_by": model.made_by} for model in (self.first, self.second)],
             "notes": self.notes,
         }
 

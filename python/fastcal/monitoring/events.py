@@ -85,7 +85,7 @@ def model_event(path: Path, root: Path) -> Event | None:
     robot = late.call("load_robot", path)
     if robot.record is None:
         return None
-    origin = robot.spec.get("made_by") or {}
+    origin = robot.made_by
     noise = {kind: {"value": value, "unit": unit} for kind, (value, unit) in robot.record.noise.items()}
     content = {"noise": noise, "sigma_mm": robot.record.sigma_mm, "made_by": origin, "robot": robot.name}
     return Event(

@@ -29,6 +29,7 @@ from fastcal.effects.entries import (
 from fastcal.effects.registered import find
 from fastcal.measurements.kinds import Kind
 from fastcal.monitoring.drift import ZEROS, drift_of, new_effect
+from fastcal.place import joint_name, place
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import UNITS, from_si, to_si
 
@@ -106,7 +107,7 @@ def extended(arm: Robot, data_columns: set[str]) -> tuple[Robot, list[Spec]]:
         data_columns: Conditions that the data have: "approach".
     """
     core = arm.core
-    there = arm.spec.get("effects") or []
+    there = arm.entries
     held = {(simple, entry["owner"]) for entry in there for simple in traits_of(entry["effect"]).generalizes}
     known = {identity(entry) for entry in there}
     added: list[Spec] = []
@@ -121,7 +122,7 @@ def extended(arm: Robot, data_columns: set[str]) -> tuple[Robot, list[Spec]]:
             if identity(entry) not in known and (name, owner) not in held:
                 added.append(entry)
     added = [entry for entry in added if len(build_effects([entry], core)[0].parameters) == 1]
-    return Robot(arm.spec | {"effects": [*there, *added]}), added
+    return arm.with_(effects=[*there, *added]), added
 
 
 def hypotheses(arm: Robot, extended_arm: Robot, added: list[Spec], turned: bool) -> list[Hypothesis]:
@@ -149,7 +150,7 @@ def _of_geometry(arm: Robot, model: _core.ErrorModel, turned: bool) -> Iterator[
         if p.owner != "base" and (p.owner != "tool" or turned or not p.name.startswith("r")):
             by_owner.setdefault(p.owner, []).append(i)
     turned_alone = {
-        owner: _zero(arm, int(owner.removeprefix("joint")) - 1, indices, parameters, start)
+        owner: _zero(arm, place(owner).index, indices, parameters, start)
         for owner, indices in by_owner.items()
         if owner != "tool"
     }
@@ -157,12 +158,12 @@ def _of_geometry(arm: Robot, model: _core.ErrorModel, turned: bool) -> Iterator[
         if owner == "tool":
             yield _plain("tool", "tool", indices, parameters, start)
             continue
-        joint = int(owner.removeprefix("joint")) - 1
+        joint = place(owner).index
         zero, direction = turned_alone[owner]
         # A motor's zero moves the joints that its gear is coupled to as well.
-        for entry in arm.spec["coupling"]:
-            if entry["source"] == joint + 1:
-                direction = direction + entry["ratio"] * turned_alone[f"joint{entry['joint']}"][1]
+        for entry in arm.description.coupling:
+            if entry.source == joint + 1:
+                direction = direction + entry.ratio * turned_alone[joint_name(entry.joint - 1)][1]
         yield Hypothesis("zero", f"{owner} zero", (zero,), _zero_size(arm, joint), directions=direction[:, None])
         others = [i for i in indices if parameters[i].name not in _zero_names(arm, joint)]
         if others and joint < arm.joint_count - 1:  # the last link carries the tool and is as good as part of it
@@ -194,13 +195,13 @@ def _zero(
             was = from_si(float(start[i]), unit)
             return Changing(edge_name(parameters[i], geometry=True), parameters[i].owner, unit, was), direction
     # urdf: the error is a motion of the joint's origin in its own axes, and the axis is any direction of these
-    axis = np.asarray(arm.spec["joints"][joint]["axis"], dtype=float)
+    axis = np.asarray(arm.joints[joint].axis, dtype=float)
     axes = ("rx", "ry", "rz") if kind == "revolute" else ("x", "y", "z")
     for i in indices:
         if parameters[i].name in axes:
             direction[i] = axis[axes.index(parameters[i].name)]
     unit = "deg" if kind == "revolute" else "mm"
-    return Changing(f"zero_{unit}", f"joint{joint + 1}", unit, 0.0), direction
+    return Changing(f"zero_{unit}", joint_name(joint), unit, 0.0), direction
 
 
 def _plain(
@@ -222,7 +223,7 @@ def _of_effects(arm: Robot, added: list[Spec]) -> Iterator[Hypothesis]:
     start = np.asarray(model.start)
     at = len(model.robot.parameters)
     new = {identity(entry) for entry in added}
-    for entry, effect in zip(arm.spec.get("effects") or [], arm.effects, strict=True):
+    for entry, effect in zip(arm.entries, arm.effects, strict=True):
         indices = list(range(at, at + len(effect.parameters)))
         at += len(effect.parameters)
         if traits_of(entry["effect"]).role == "curve" or traits_of(entry["effect"]).of_the_measurement:

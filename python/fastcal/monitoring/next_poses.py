@@ -19,8 +19,8 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.hypotheses import Hypothesis
 from fastcal.monitoring.linear import LinearRows
 from fastcal.monitoring.result import NextPose
+from fastcal.place import joint_column
 from fastcal.robot.calibration_record import CalibrationRecord
-from fastcal.robot.core_model import length_or_angle_unit
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
@@ -48,11 +48,10 @@ def candidates(
     """
     limits = joint_ranges(robot)
     low, high = limits.T.copy()
-    for i, joint in enumerate(robot.spec["joints"]):
-        unit = length_or_angle_unit(joint)
-        covered = record.covered.get(f"q{i + 1}_{unit}")
+    for i, joint in enumerate(robot.joints):
+        covered = record.covered.get(joint_column(i, joint.unit))
         if covered is not None:
-            low[i], high[i] = max(low[i], to_si(covered[0], unit)), min(high[i], to_si(covered[1], unit))
+            low[i], high[i] = max(low[i], to_si(covered[0], joint.unit)), min(high[i], to_si(covered[1], joint.unit))
     q = postures(robot, "random", _DRAWN, _SEED)
     q = low + (q - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) * (high - low)
     clear = q[(surroundings or Surroundings()).obstacles(robot, q) == 0]

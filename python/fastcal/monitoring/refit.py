@@ -181,21 +181,21 @@ class _Fitted:
 def _with_named_effects(setting: Setting, changed: list[Hypothesis]) -> Robot:
     """The arm with those of the effects it did not have that are among what has changed."""
     named = {h.label for h in changed if h.kind == "new effect"}
-    there = {identity(entry) for entry in setting.arm.spec["effects"]}
+    there = {identity(entry) for entry in setting.arm.entries}
     effects = [
         entry
-        for entry in setting.extended_arm.spec["effects"]
+        for entry in setting.extended_arm.entries
         if identity(entry) in there or f"{entry['effect']}@{entry['owner']}" in named
     ]
-    return Robot(setting.arm.spec | {"effects": effects})
+    return setting.arm.with_(effects=effects)
 
 
 def _places_of(larger: Robot, smaller: Robot) -> list[int]:
     """Indices of the smaller model's parameters among those of the larger."""
     own = len(larger.core.parameters)
     out, at = list(range(own)), own
-    kept = {identity(entry) for entry in smaller.spec["effects"]}
-    for entry, effect in zip(larger.spec["effects"], larger.effects, strict=True):
+    kept = {identity(entry) for entry in smaller.entries}
+    for entry, effect in zip(larger.entries, larger.effects, strict=True):
         if identity(entry) in kept:
             out += range(at, at + len(effect.parameters))
         at += len(effect.parameters)

@@ -18,6 +18,7 @@ from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, Kind, KindNoise
 from fastcal.monitoring.setups import SetUp
+from fastcal.place import joint_column
 from fastcal.robot.pendant import controller_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
@@ -228,7 +229,7 @@ class CheckResult(Shown):
         """A pose's joints as the controller shows them, by the names of a file's columns, to 0.001 deg or mm."""
         units = ["deg" if kind == "revolute" else "mm" for kind in self.model.joint_types]
         q = np.array([[to_si(value, unit) for value, unit in zip(pose.q, units, strict=True)]])
-        columns = controller_columns(self.model.spec, q)
+        columns = controller_columns(self.model.description, q)
         return {name: round(float(values[0]), 3) for name, values in columns.items()}
 
     def to_json_dict(self) -> dict[str, Any]:
@@ -261,7 +262,7 @@ class CheckResult(Shown):
                 for cause in self.causes
             ],
             "next_poses": [
-                {f"q{i + 1}_{unit}": q for i, (unit, q) in enumerate(zip(units, pose.q, strict=True))}
+                {joint_column(i, unit): q for i, (unit, q) in enumerate(zip(units, pose.q, strict=True))}
                 | self.shown(pose)
                 | {"payload_kg": pose.payload_kg}
                 for pose in self.next_poses

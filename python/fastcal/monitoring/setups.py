@@ -8,7 +8,6 @@ has no points has the base, as far as it shows, and anchors, planes and mounting
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,9 +22,8 @@ from fastcal.effects.entries import traits_of
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import Kind
-from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
-from fastcal.robot.robot import Robot, Spec
+from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import inverse, rotation_to_rpy
 from fastcal.units import from_si
 
@@ -77,14 +75,14 @@ def bare_arm(model: Robot, data: Dataset) -> tuple[Robot, list[str]]:
     """
     notes, kept = [], []
     mounts = set(data.mount_names)
-    for entry in model.spec.get("effects") or []:
+    for entry in model.entries:
         traits = traits_of(entry["effect"])
         labels = [str(label) for label in entry.get(traits.labels, [])] if traits.place == "tool" else []
         if not traits.of_the_measurement or (mounts and mounts <= set(labels)):
             kept.append(entry)
         elif labels:
             notes.append(f"the target is taken to be that of mount {labels[0]}")
-    return Robot(copy.deepcopy(model.spec) | {"effects": kept}), notes
+    return model.with_(effects=kept), notes
 
 
 def set_ups(model: Robot, data: Dataset, *, threads: int = 1) -> list[SetUp]:
@@ -109,7 +107,7 @@ def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int
     measured = measurements(part, model)
     if part.position is None:
         robot, unknowns = _placed(model, part, measured, where, threads)
-        motion = pose(robot.spec["base"]) @ inverse(pose(model.spec["base"]))
+        motion = robot.T_world_base @ inverse(model.T_world_base)
         found = compared(robot, part, unknowns_by_owner(measured, unknowns), threads)
         return SetUp(name, rows, motion, robot, part, -found.points, unknowns, found)
     robot, motion = model, np.eye(4)
@@ -117,7 +115,7 @@ def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int
         predicted = robot.poses(part, threads=threads)[:, :3, 3]
         step = rigid(predicted, np.asarray(part.position), where)
         motion = step @ motion
-        robot = with_base(robot, step @ pose(robot.spec["base"]))
+        robot = with_base(robot, step @ robot.T_world_base)
     bare = part
     if robot.correction is not None:
         shift = robot.correct(part.q, part.payload).displacement
@@ -137,7 +135,7 @@ def _placed(
         aligned = _core.align(model.error_model, model.samples(data), measured, threads)
         if not aligned.found:
             raise Undetermined(f"{where}: {aligned.message}")
-        T = pose(model.spec["base"])
+        T = model.T_world_base
         T[:3, :3] = np.asarray(aligned.T_world_base)[:3, :3]  # where it stands, orientations do not say
         model = with_base(model, T)
     T, unknowns = placed(model, data, measured, with_base=measured.shows_base, where=where, threads=threads)
@@ -146,8 +144,7 @@ def _placed(
 
 def with_base(robot: Robot, T_world_base: FloatArray) -> Robot:
     """The robot with another base."""
-    spec: Spec = copy.copy(robot.spec)
-    return Robot(spec | {"base": frame_spec(T_world_base)})
+    return robot.with_(base=frame_spec(T_world_base))
 
 
 def rigid(p: FloatArray, x: FloatArray, where: str) -> FloatArray:

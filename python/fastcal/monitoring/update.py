@@ -89,7 +89,7 @@ class UpdateResult(Shown):
             "outliers": self.left_out,
             "check": self.before.to_json_dict(),
             "notes": self.notes,
-            "made_by": self.model.spec["made_by"],
+            "made_by": self.model.made_by,
         }
 
     def save(self, folder: Any) -> None:
@@ -127,13 +127,12 @@ def update(
     changed = [h for h in setting.possible if h.label in named and h.directions is not None]
     fitted = refit(setting, changed, kept, threads)
     record = _record(robot, fitted, kept)
-    spec = fitted.spec | {
-        "calibration": record.to_spec() | {k: v for k, v in (robot.spec["calibration"]).items() if k == "nominal"},
-        "made_by": made_by(robot, measured, who) | {"updated_from": robot.sha256},
-    }
-    if robot.correction is not None:
-        spec["correction"] = robot.correction
-    result = Robot(spec)
+    nominal = {k: v for k, v in robot.description.calibration.items() if k == "nominal"}
+    result = Robot(fitted.spec).with_(
+        calibration=record.to_spec() | nominal,
+        made_by=made_by(robot, measured, who) | {"updated_from": robot.sha256},
+        correction=robot.correction,
+    )
     if wrong:
         rows = ", ".join(map(str, wrong))
         notes.append(f"row{'s' if len(wrong) > 1 else ''} {rows} left out: no cause explains their error")

@@ -14,7 +14,6 @@ from fastcal.correction import Inputs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal
-from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -87,10 +86,10 @@ def problem_of(
     """
     if folds < 2:
         raise InvalidInput(f"expected at least 2 folds, got {folds}")
-    bare = Robot({key: value for key, value in robot.spec.items() if key != "correction"})
+    bare = robot.with_(correction=None)
     if data.position is None:
         raise InvalidInput(f"{data.source}: training needs measured points, x_mm y_mm z_mm")
-    R = pose(bare.spec["base"])[:3, :3]
+    R = bare.T_world_base[:3, :3]
     predicted = bare.poses(data)[:, :3, 3]
     _refuse_other_places(data, predicted)
     residuals = (data.position - predicted) @ R

@@ -18,7 +18,6 @@ from fastcal.correction.trees import Trees
 from fastcal.effects.entries import curve_of
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
-from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -95,7 +94,7 @@ def with_profiles(robot: Robot, problem: Problem, own: IntArray, threads: int) -
 def profile_errors(problem: Problem, threads: int) -> FloatArray:
     """(N, 3) held-out errors of the model with joint profiles, measured less predicted, base's axes [m]."""
     errors = np.empty((len(problem), 3))
-    R = pose(problem.robot.spec["base"])[:3, :3]
+    R = problem.robot.T_world_base[:3, :3]
     for fold, own in enumerate(problem.training_rows()):
         other = np.flatnonzero(problem.folds == fold)
         part = problem.data.select(other)

@@ -195,7 +195,7 @@ def _result(
     if best is not None:
         record = {"rows": len(problem), "held_out_mm": scores[used], "model_mm": scores[ALONE], "verdict": verdict}
         correction = replace(best.correction, record=record)
-        model = Robot(model.spec | {"correction": correction})
+        model = model.with_(correction=correction)
     elif used == "joint-profiles":
         model = with_profiles(model, problem, np.arange(len(problem)), threads)
     notes = []

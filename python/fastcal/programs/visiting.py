@@ -92,7 +92,7 @@ def visiting_program(
     documents = write_cycles(language, program, Cycles(names, shown, [(1, stops)], dwell_s, speed, comment))
     written = q.copy()
     written[rows] = robot.pendant.chain(as_written(documents, stops, shown))[: len(rows)]
-    notes = [] if "pendant" in robot.spec else doubts_on_joints(documents[0].name, robot.name)
+    notes = [] if robot.description.pendant else doubts_on_joints(documents[0].name, robot.name)
     if missed:
         told = "1 pose is" if missed == 1 else f"{missed} poses are"
         notes.append(f"{told} not approached from its side by the program: there the arm has no room to run up")

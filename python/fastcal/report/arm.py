@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.measurements.kinds import POINTS
+from fastcal.place import joint_name
 from fastcal.report.figures import spread_rows
 from fastcal.report.language import _
 from fastcal.report.view import Rows, Variable
@@ -130,7 +131,7 @@ def checked_arm(found: CheckResult) -> tuple[Array, Array, Arm] | None:
     square = np.zeros(model.joint_count)
     for change in found.changed:
         for i in range(model.joint_count):
-            if change.owner == f"joint{i + 1}" and change.unit in ("deg", "mm"):
+            if change.owner == joint_name(i) and change.unit in ("deg", "mm"):
                 moved = J[:, :, i] * to_si(change.change, change.unit)
                 square[i] += np.mean(np.sum(moved**2, axis=1))
     contributed = np.asarray(from_si(np.sqrt(square), "mm")) if square.any() else None
@@ -152,7 +153,7 @@ def compared_arm(found: Comparison, moved: Sequence[Moved]) -> tuple[Array, Arra
     square = np.zeros(model.joint_count)
     for m in moved:
         for i in range(model.joint_count):
-            if m.parameter.owner == f"joint{i + 1}" and m.is_significant:
+            if m.parameter.owner == joint_name(i) and m.is_significant:
                 square[i] += m.size**2
     contributed = np.sqrt(square) if square.any() else None
     labels = [_("posture {number}", number=int(k) + 1) for k in chosen]
@@ -195,12 +196,12 @@ def contributions(model: Robot, before: Robot, data: Dataset) -> Array | None:
     rows = data.select(np.unique(np.linspace(0, len(data) - 1, min(len(data), _MOST_ROWS)).astype(np.intp)))
     now = model.poses(rows)[:, :3, 3]
     out = []
-    for i, was in enumerate(before.spec["joints"]):
-        joints = list(model.spec["joints"])
-        joints[i] = joints[i] | {key: was[key] for key in GEOMETRY if key in was}
-        own = (f"joint{i + 1}", f"link{i + 1}")
-        effects = [entry for entry in model.spec.get("effects") or [] if entry["owner"] not in own]
-        without = Robot({**model.spec, "joints": joints, "effects": effects})
+    for i, was in enumerate(before.joints):
+        joints = list(model.joints)
+        joints[i] = replace(joints[i], **{key: getattr(was, key) for key in GEOMETRY})
+        own = (joint_name(i), f"link{i + 1}")
+        effects = [entry for entry in model.entries if entry["owner"] not in own]
+        without = model.with_(joints=joints, effects=effects)
         away = without.poses(rows)[:, :3, 3] - now
         out.append(float(np.sqrt(np.mean(np.sum(away**2, axis=1)))))
     return np.asarray(from_si(np.array(out), "mm"))

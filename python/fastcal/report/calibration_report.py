@@ -54,7 +54,7 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
     test = rows_of(_("Test"), result.test, result.model.joint_types)
     sets = [rows for rows in (train, test) if rows is not None]
     trends = train.trends if train else {}
-    base = np.asarray(result.model.spec["base"]["xyz_mm"], float)
+    base = np.asarray(result.model.description.base.xyz_mm, float)
     arrows = residual_figures.arrows(sets)
     outliers = result.train.places(result.outliers)
     arm = arm_of(result.model, result.nominal, [(train, result.train), (test, result.test)])
@@ -101,7 +101,7 @@ def _page(result: CalibrationResult, simulated: bool, limit: LimitJudged | None)
         method=_method(result),
         notes=[*result.notes, *([result.held] if result.held else [])],
         limit=None if limit is None else limit_sentence(limit),
-        document=document_facts(result.model.spec.get("made_by") or {}),
+        document=document_facts(result.model.made_by),
     )
 
 

@@ -96,7 +96,7 @@ def _workspace(found: CheckResult) -> list[Section]:
     if seen is None:
         return []
     positions, errors, arm = seen
-    base = np.asarray(found.model.spec["base"]["xyz_mm"], float)
+    base = np.asarray(found.model.description.base.xyz_mm, float)
     drawn = workspace.scene(positions, errors, None, base, _("the measuring frame"), arm)
     return [Section("workspace", _("Where in the workspace"), drawings=[drawn], on_paper=False)]
 

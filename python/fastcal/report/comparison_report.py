@@ -18,6 +18,7 @@ from fastcal.report.parameter_sizes import differences_at_tool, sizes_figure
 from fastcal.report.sections import Section, bare, p_text, present
 from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
+from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 _LEAST_MM = 1e-4  # of what no parameter explains: less is rounding
@@ -43,7 +44,7 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
             eyebrow=_("Two models of one arm"),
             robot_name=found.first.name,
             simulated=False,
-            meta=[_("A: {model}", model=_model(found.first.spec)), _("B: {model}", model=_model(found.second.spec))],
+            meta=[_("A: {model}", model=_model(found.first)), _("B: {model}", model=_model(found.second))],
             verdict=Verdict(
                 "caution" if different else "good",
                 _("Different") if different else _("Alike"),
@@ -126,7 +127,6 @@ def _difference(d: Difference) -> list[Cell]:
     return [Cell(name), *cells, number_cell(std, d.std), Cell(unit_text(d.unit)), number_cell(p, d.p_value), Cell(word)]
 
 
-def _model(spec: dict[str, object]) -> str:
-    origin = spec.get("made_by") or {}
-    known = [str(origin[key]) for key in ("serial", "date") if origin.get(key)] if isinstance(origin, dict) else []
-    return ", ".join([str(spec["name"]), *known])
+def _model(model: Robot) -> str:
+    known = [str(model.made_by[key]) for key in ("serial", "date") if model.made_by.get(key)]
+    return ", ".join([model.name, *known])

@@ -114,7 +114,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     test, _ = compared_rows(found, "Test", "test")
     sets = [rows for rows in (train, test) if rows is not None]
     arrows = residual_figures.arrows(sets)
-    base = np.asarray(found.model.spec["base"]["xyz_mm"], float)
+    base = np.asarray(found.model.description.base.xyz_mm, float)
     arm = arm_of(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
     word, tone = VERDICTS[found.verdict]
     if found.misfits:

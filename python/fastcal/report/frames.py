@@ -15,7 +15,9 @@ from fastcal.calibration.result import CalibrationResult
 from fastcal.diagnosis.result import Diagnosis
 from fastcal.io.measurements_out import frame_of
 from fastcal.measurements.dataset import Dataset
+from fastcal.place import joint_name
 from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import content
 from fastcal.units import from_si
 
 
@@ -35,9 +37,9 @@ def frame(shown: Any) -> pd.DataFrame:
 @frame.register
 def _(robot: Robot) -> pd.DataFrame:
     """The joints' rows of the robot file."""
-    rows = [{key: value for key, value in joint.items() if key != "link"} for joint in robot.spec["joints"]]
-    masses = [(joint.get("link") or {}).get("mass_kg", np.nan) for joint in robot.spec["joints"]]
-    index = pd.Index([f"joint{i}" for i in range(1, len(rows) + 1)], name="joint")
+    rows = [{key: value for key, value in content(joint).items() if key != "link"} for joint in robot.joints]
+    masses = [np.nan if joint.link is None else joint.link.mass_kg for joint in robot.joints]
+    index = pd.Index([joint_name(i) for i in range(len(rows))], name="joint")
     return pd.DataFrame(rows, index=index).assign(link_mass_kg=masses)
 
 

@@ -167,7 +167,7 @@ def _residuals(shown: Any, over: str | None = None) -> list[Figure]:
 
 def _workspace(shown: Any, arm: Arm | None = None) -> list[Figure]:
     arrows = residual_figures.arrows(_sets(shown))
-    base = np.asarray(shown.model.spec["base"]["xyz_mm"], float)
+    base = np.asarray(shown.model.description.base.xyz_mm, float)
     return [] if arrows is None else [workspace.scene(*arrows, base, "the measuring frame", arm)]
 
 

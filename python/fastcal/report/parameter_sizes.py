@@ -97,7 +97,7 @@ def _slopes(model: Robot, data: Dataset) -> Iterator[tuple[tuple[str, str], floa
     core = model.error_model
     J = np.asarray(core.parameter_jacobian(model.samples(rows), core.start, 3, 1, None))
     own = len(model.core.nominal)
-    pairs = polar_pairs(model.spec.get("effects") or [], model.effects, own, np.asarray(core.start))
+    pairs = polar_pairs(model.entries, model.effects, own, np.asarray(core.start))
     waves = {k: pair for pair in pairs for k in pair.indices}
     for k, parameter in enumerate(core.parameters):
         column = J[:, :, k]

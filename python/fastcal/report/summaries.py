@@ -54,7 +54,7 @@ def _registered(shows: Any, shown: Any) -> Any:
 
 @headline.register
 def _(robot: Robot) -> str:
-    effects = [f"{entry['effect']}@{entry['owner']}" for entry in robot.spec.get("effects") or []]
+    effects = [f"{entry['effect']}@{entry['owner']}" for entry in robot.entries]
     identified = "" if robot.record is None else ", identified"
     with_effects = f", {', '.join(effects)}" if effects else ""
     return f"{robot.name}, {robot.joint_count} joints ({robot.kinematics}){identified}{with_effects}"
@@ -62,7 +62,7 @@ def _(robot: Robot) -> str:
 
 @summary.register
 def _(robot: Robot) -> list[str]:
-    masses = [(joint.get("link") or {}).get("mass_kg") for joint in robot.spec["joints"]]
+    masses = [None if joint.link is None else joint.link.mass_kg for joint in robot.joints]
     known = [mass for mass in masses if mass is not None]
     lines = [
         headline(robot),

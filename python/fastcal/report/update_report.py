@@ -37,7 +37,7 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
             eyebrow=_("A calibrated model, brought up to date"),
             robot_name=found.model.name,
             simulated=False,
-            meta=[plural(len(found.before.data), "pose"), *who_measured(found.model.spec["made_by"])],
+            meta=[plural(len(found.before.data), "pose"), *who_measured(found.model.made_by)],
             verdict=Verdict(
                 "good" if found.status == "converged" else "bad",
                 _("Up to date") if found.status == "converged" else _("Not converged"),
@@ -73,5 +73,5 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
                 ),
                 *([Section("notes", _("Notes"), notes=found.notes)] if found.notes else []),
             ],
-            document=document_facts(found.model.spec["made_by"]),
+            document=document_facts(found.model.made_by),
         )

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fastcal import units
 from fastcal.measurements.kinds import POINTS
+from fastcal.place import joint_position
 from fastcal.report.figures import COMPONENT_COLOURS
 from fastcal.report.language import _, language
 from fastcal.report.tables import unit_text
@@ -213,7 +214,7 @@ def _joints(data: Dataset, joint_types: list[str]) -> list[Variable]:
     for k, kind in enumerate(joint_types):
         unit, text = ("mm", "mm") if kind == "prismatic" else ("deg", "°")
         found.append(
-            Variable(f"q{k + 1}", f"{_('joint')} {k + 1}", text, np.asarray(units.from_si(data.q[:, k], unit)))
+            Variable(joint_position(k), f"{_('joint')} {k + 1}", text, np.asarray(units.from_si(data.q[:, k], unit)))
         )
     return found
 

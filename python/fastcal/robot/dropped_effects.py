@@ -13,7 +13,6 @@ import numpy as np
 from fastcal.effects.entries import Spec, identity_options, label
 from fastcal.errors import InvalidInput
 from fastcal.robot.calibration_record import CalibrationRecord
-from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
 
 CORRECTION = "correction"  # the name of what `fastcal train` adds
@@ -33,24 +32,22 @@ def drop_effects(robot: Robot, names: str | Sequence[str]) -> Robot:
     Raises:
         InvalidInput: The model has no such effect; the message lists those that it has.
     """
-    spec = plain_copy(robot.spec)
-    entries: list[Spec] = list(spec.get("effects") or [])
-    kept = entries
+    entries = kept = robot.entries
+    correction = robot.correction
     for name in (part.strip() for part in (names.split(",") if isinstance(names, str) else names)):
-        if name == CORRECTION and spec.pop(CORRECTION, None) is not None:
+        if name == CORRECTION and correction is not None:
+            correction = None
             continue
         left = [entry for entry in kept if not _is_meant(entry, name)]
         if len(left) == len(kept) and not any(_is_meant(entry, name) for entry in entries):
-            there = [*map(name_of, entries), *([CORRECTION] if robot.spec.get(CORRECTION) else [])]
+            there = [*map(name_of, entries), *([CORRECTION] if robot.correction else [])]
             what = f"there are {', '.join(there)}" if there else "it has none"
             raise InvalidInput(f"{robot.name} has no effect '{name}'; {what}")
         kept = left
-    spec["effects"] = kept
-    bare = Robot(spec)
-    if robot.record is not None:
-        spec["calibration"] = _without(robot.record, set(bare.parameter_names)).to_spec()
-        bare = Robot(spec)
-    return bare
+    bare = robot.with_(effects=kept, correction=correction)
+    if robot.record is None:
+        return bare
+    return bare.with_(calibration=_without(robot.record, set(bare.parameter_names)).to_spec())
 
 
 def name_of(entry: Spec) -> str:

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.effects.entries import traits_of
 from fastcal.effects.values import written_parameters
+from fastcal.place import joint_name
 from fastcal.robot.core_model import ROW_KEYS, ROW_UNITS, pose, screw
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
+from fastcal.robot.robot_spec import Joint, structured
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -76,7 +78,7 @@ def identified_spec(start: Robot, model: _core.ErrorModel, found: Solution) -> S
     for parameter, value in zip(model.parameters[:own], theta[:own].tolist(), strict=True):
         values.setdefault(parameter.owner, {})[parameter.name] = value
     for i, joint in enumerate(spec["joints"]):
-        _set_joint(joint, spec["kinematics"], values.get(f"joint{i + 1}", {}))
+        _set_joint(joint, spec["kinematics"], values.get(joint_name(i), {}))
     if not start.effects:
         return spec
     covariance = np.full((len(theta), len(theta)), np.nan)
@@ -111,7 +113,7 @@ def _set_joint(joint: Spec, kinematics: str, values: dict[str, float]) -> None:
     if kinematics == "urdf":
         joint["origin"] = frame_spec(pose(joint["origin"]) @ shift)
         return
-    direction, point = _poe_axis(screw(joint), joint["type"], shift)
+    direction, point = _poe_axis(screw(structured(Joint, joint)), joint["type"], shift)
     if joint["type"] == "prismatic":
         joint["v"] = direction.tolist()
         joint["d_mm"] = from_si(values["d"], "mm")

@@ -50,7 +50,7 @@ def made_by(robot: Robot, data: Dataset | LongDataset, who: Mapping[str, str | N
         InvalidInput: A key that is none of WHO, a date that is no YYYY-MM-DD, a text that is too long.
     """
     given = {key: text for key, text in (who or {}).items() if text is not None}
-    known = {"serial": (robot.spec.get("made_by") or {}).get("serial")} | given
+    known = {"serial": robot.made_by.get("serial")} | given
     return {
         "fastcal": _core.__version__,
         "robot_sha256": robot.sha256,

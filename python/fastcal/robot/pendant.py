@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from graphlib import TopologicalSorter
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.place import joint_position
+from fastcal.robot.robot_spec import RobotSpec
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -58,45 +59,41 @@ def _product(matrix: FloatArray, values: FloatArray) -> FloatArray:
     return out
 
 
-def pendant_of(spec: dict[str, Any]) -> Pendant:
-    """The relation of a canonical robot file; the chain's own joints where it has none."""
-    n = len(spec["joints"])
+def pendant_of(spec: RobotSpec) -> Pendant:
+    """The relation of a robot file; the chain's own joints where it has none."""
+    n = len(spec.joints)
     matrix, zero = np.eye(n), np.zeros(n)
     sources: dict[int, set[int]] = {joint: set() for joint in range(n)}
-    for entry in spec.get("pendant") or []:
-        i = entry["joint"] - 1
-        unit = "mm" if spec["joints"][i]["type"] == "prismatic" else "deg"
-        matrix[i, i], zero[i] = entry["sign"], to_si(float(entry[f"zero_{unit}"]), unit)
-        for key, sign in (("plus", 1.0), ("minus", -1.0)):
-            for other in entry[key]:
+    for entry in spec.pendant:
+        i = entry.joint - 1
+        matrix[i, i], zero[i] = entry.sign, to_si(float(entry.zero), spec.joints[i].unit)
+        for others, sign in ((entry.plus, 1.0), (entry.minus, -1.0)):
+            for other in others:
                 matrix[i, other - 1] += sign
                 sources[i].add(other - 1)
     return Pendant(matrix, zero, tuple(TopologicalSorter(sources).static_order()))
 
 
-def relations(spec: dict[str, Any]) -> list[str]:
+def relations(spec: RobotSpec) -> list[str]:
     """What the file says, such as "q3 = J3 + J2"."""
     out = []
-    for entry in spec.get("pendant") or []:
-        i = entry["joint"]
-        unit = "mm" if spec["joints"][i - 1]["type"] == "prismatic" else "deg"
-        zero = entry[f"zero_{unit}"]
-        text = f"q{i} = {'-' if entry['sign'] < 0 else ''}J{i}"
-        text += "".join(f" + J{other}" for other in entry["plus"]) + "".join(f" - J{other}" for other in entry["minus"])
+    for entry in spec.pendant:
+        i, zero, unit = entry.joint, entry.zero, spec.joints[entry.joint - 1].unit
+        text = f"{joint_position(i - 1)} = {'-' if entry.sign < 0 else ''}J{i}"
+        text += "".join(f" + J{other}" for other in entry.plus) + "".join(f" - J{other}" for other in entry.minus)
         out.append(text + (f" {'-' if zero < 0 else '+'} {abs(zero):g} {unit}" if zero else ""))
     return out
 
 
-def controller_columns(spec: dict[str, Any], q: FloatArray) -> dict[str, FloatArray]:
+def controller_columns(spec: RobotSpec, q: FloatArray) -> dict[str, FloatArray]:
     """Joint positions q (N, n) as columns that the controller understands: jN where it counts otherwise, else qN."""
     pendant = pendant_of(spec)
     return joint_columns(spec, q) if pendant.is_chain else joint_columns(spec, pendant.shown(q), "j")
 
 
-def joint_columns(spec: dict[str, Any], values: FloatArray, prefix: str = "q") -> dict[str, FloatArray]:
+def joint_columns(spec: RobotSpec, values: FloatArray, prefix: str = "q") -> dict[str, FloatArray]:
     """Values of joints (N, n) [rad or m] by the names of a table's columns, q1_deg (q1_mm) ..., in their units."""
-    units = ["mm" if joint["type"] == "prismatic" else "deg" for joint in spec["joints"]]
     return {
-        f"{prefix}{joint}_{unit}": np.asarray(from_si(column, unit))
-        for joint, (unit, column) in enumerate(zip(units, np.asarray(values).T, strict=True), start=1)
+        f"{prefix}{number}_{joint.unit}": np.asarray(from_si(column, joint.unit))
+        for number, (joint, column) in enumerate(zip(spec.joints, np.asarray(values).T, strict=True), start=1)
     }

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.place import place
 from fastcal.robot.core_model import pose
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.units import from_si, to_si
@@ -84,7 +85,7 @@ def frame_of(on: str, joint_count: int) -> int:
     if on == "world":
         return WORLD
     part = on.partition(".")[2]
-    return 2 * joint_count if not part else 0 if part == "base" else 2 * int(part.removeprefix("link"))
+    return 2 * joint_count if not part else 0 if part == "base" else 2 * place(part).number
 
 
 def core_rig(spec: Mapping[str, Any]) -> _core.Rig:

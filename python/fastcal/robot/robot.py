@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A robot: what its file says (`spec`, edge units) and the C++ model that is built from it.
+"""A robot: what its file says (`description`, edge units) and the C++ model that is built from it.
 
 The file's numbers are the truth and the C++ model is always built from them, so a robot that was saved and loaded
 predicts the same, bit for bit.
@@ -29,9 +29,10 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
-from fastcal.robot.core_model import Spec, build_core, length_or_angle_unit, pose
+from fastcal.robot.core_model import build_core
 from fastcal.robot.pendant import Pendant, pendant_of
 from fastcal.robot.plain_copy import plain_copy
+from fastcal.robot.robot_spec import Entry, Joint, RobotSpec, Spec, content, structured
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -95,27 +96,60 @@ class Robot(Shown):
 
     @cached_property
     def spec(self) -> Spec:
-        """What its file says, in edge units."""
+        """The content of its file, in edge units, for reading and writing; all else reads its `description`."""
         spec: Spec = pickle.loads(self._packed)  # noqa: S301 - a part of a pickle itself
         return spec
 
     @cached_property
+    def description(self) -> RobotSpec:
+        """What its file says, typed."""
+        return structured(RobotSpec, self.spec)
+
+    def with_(self, **changes: Any) -> Robot:
+        """The robot with other values of some keys of its file, and without those that are None."""
+        merged = self.spec | {key: content(value) for key, value in changes.items()}
+        return Robot({key: value for key, value in merged.items() if value is not None})
+
+    @property
+    def entries(self) -> list[Entry]:
+        """Its effects as its file has them."""
+        return self.description.effects
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """Its joints as its file has them."""
+        return self.description.joints
+
+    @property
+    def made_by(self) -> Spec:
+        """What wrote its file, and of which arm; empty where nothing says it."""
+        return self.description.made_by
+
+    @property
+    def T_world_base(self) -> FloatArray:
+        """(4, 4) the base in the measuring frame."""
+        return self.description.base.T
+
+    @property
+    def T_flange_tool(self) -> FloatArray:
+        """(4, 4) the tool in the flange."""
+        return self.description.tool.T
+
+    @cached_property
     def core(self) -> _core.RobotModel:
         """The C++ model of the spec without its effects."""
-        return build_core(self.spec)
+        return build_core(self.description)
 
     @cached_property
     def effects(self) -> list[_core.Effect]:
         """The C++ models of the effects, in the order of the spec."""
-        return build_effects(self.spec.get("effects") or [], self.core)
+        return build_effects(self.entries, self.core)
 
     @cached_property
     def error_model(self) -> _core.ErrorModel:
         """The C++ model with effects and the values of their parameters."""
-        entries = self.spec.get("effects") or []
-        values = [
-            v for entry, effect in zip(entries, self.effects, strict=True) for v in parameter_values(entry, effect)
-        ]
+        pairs = zip(self.entries, self.effects, strict=True)
+        values = [value for entry, effect in pairs for value in parameter_values(entry, effect)]
         model = _core.ErrorModel(self.core, self.effects, np.asarray(values, dtype=float))
         return model.with_equilibrium(self.at_equilibrium)
 
@@ -142,54 +176,52 @@ class Robot(Shown):
     @property
     def correction(self) -> Correction | None:
         """What `fastcal train` has added; None for a model without."""
-        found: Correction | None = self.spec.get("correction")
-        return found
+        return self.description.correction
 
     @property
     def name(self) -> str:
         """As the file names it."""
-        return str(self.spec["name"])
+        return str(self.description.name)
 
     @property
     def arm(self) -> str:
         """What its cell calls it: columns of measurements may begin with that and a point."""
-        return str((self.spec.get("cell") or {}).get("arm", "arm"))
+        return str(self.description.cell.get("arm", "arm"))
 
     @property
     def kinematics(self) -> str:
         """dh, mdh, poe or urdf."""
-        return str(self.spec["kinematics"])
+        return self.description.kinematics
 
     @property
     def at_equilibrium(self) -> bool:
         """Are loads taken in the deflected posture (the default), or in the undeflected one, to first order?"""
-        return bool(self.spec.get("equilibrium", True))
+        return self.description.equilibrium
 
     @property
     def joint_types(self) -> list[str]:
         """Revolute or prismatic, one a joint."""
-        return [joint["type"] for joint in self.spec["joints"]]
+        return [joint.type for joint in self.joints]
 
     @property
     def joint_count(self) -> int:
         """n, moving joints."""
-        return len(self.spec["joints"])
+        return len(self.joints)
 
     @cached_property
     def limits(self) -> FloatArray:
         """(n, 2) least and greatest joint position [rad or m]; infinite where the file has none."""
         out = np.full((self.joint_count, 2), [-np.inf, np.inf])
-        for i, joint in enumerate(self.spec["joints"]):
-            unit = length_or_angle_unit(joint)
-            for side, key in enumerate((f"min_{unit}", f"max_{unit}")):
-                if joint.get(key) is not None:
-                    out[i, side] = to_si(float(joint[key]), unit)
+        for i, joint in enumerate(self.joints):
+            for side, limit in enumerate(joint.limits):
+                if limit is not None:
+                    out[i, side] = to_si(float(limit), joint.unit)
         return out
 
     @cached_property
     def pendant(self) -> Pendant:
         """How the controller's joints J follow from the chain's q."""
-        return pendant_of(self.spec)
+        return pendant_of(self.description)
 
     @cached_property
     def reach(self) -> float:
@@ -215,7 +247,7 @@ class Robot(Shown):
     @cached_property
     def record(self) -> CalibrationRecord | None:
         """How sure the identified numbers are; None for a nominal robot."""
-        return CalibrationRecord.from_spec(self.spec.get("calibration"))
+        return CalibrationRecord.from_spec(self.description.calibration or None)
 
     def samples(self, data: Dataset) -> _core.Samples:
         """The conditions of a data set for the core; InvalidInput where a column that an effect needs is missing."""
@@ -225,11 +257,10 @@ class Robot(Shown):
     def mimics(self) -> list[Mimic]:
         """The joints that another one drives."""
         found = []
-        for i, joint in enumerate(self.spec["joints"]):
-            if (entry := joint.get("mimic")) is not None:
-                unit = length_or_angle_unit(joint)
-                offset = to_si(float(entry[f"offset_{unit}"]), unit)
-                found.append(Mimic(i, entry["joint"] - 1, float(entry["multiplier"]), offset))
+        for i, joint in enumerate(self.joints):
+            if (driven := joint.mimic) is not None:
+                offset = to_si(driven.offset_deg or driven.offset_mm or 0.0, joint.unit)
+                found.append(Mimic(i, driven.joint - 1, float(driven.multiplier), offset))
         return found
 
     def follow(self, q: FloatArray) -> FloatArray:
@@ -246,7 +277,7 @@ class Robot(Shown):
         joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
         if joints.ndim != 2 or joints.shape[1] != self.joint_count:
             raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
-        return build_samples(self.spec.get("effects") or [], self.effects, self.core, self.follow(joints), columns)
+        return build_samples(self.entries, self.effects, self.core, self.follow(joints), columns)
 
     def forward(
         self, q: ArrayLike, *, threads: int = 1, out: FloatArray | None = None, **conditions: Any
@@ -281,14 +312,14 @@ class Robot(Shown):
         if correction is None:
             return Corrected(np.zeros((len(joints), 3)), np.zeros(len(joints)), np.zeros((len(joints), 3)))
         found = correction(self.inputs(joints, payload))
-        R = pose(self.spec["base"])[:3, :3]
+        R = self.T_world_base[:3, :3]
         sigma = np.sqrt(found.sigma**2 @ (R**2).T)
         return Corrected(found.displacement @ R.T, found.weight, sigma)
 
     def inputs(self, q: FloatArray, payload: ArrayLike | None = None) -> Inputs:
         """What a correction looks at; the joints' Jacobian is that of the rigid chain."""
         rigid = _core.ErrorModel(self.core, [], np.zeros(0))
-        R = pose(self.spec["base"])[:3, :3]
+        R = self.T_world_base[:3, :3]
         J = R.T @ np.asarray(_core.joint_jacobian(rigid, _core.Samples(q), 1))[:, :3]
         load = np.broadcast_to(np.asarray(0.0 if payload is None else payload, dtype=float), (len(q),))
         return Inputs(q, np.ascontiguousarray(load), J)
@@ -376,7 +407,7 @@ class Robot(Shown):
         Each line of an entry's `spread` is a function (weights, then shift) of which the posterior holds one unit.
         """
         parts: list[Spec] = []
-        for entry in self.spec.get("effects") or []:
+        for entry in self.entries:
             count = len(entry.get("weights") or [])
             for line in entry.get("spread") or []:
                 part = {"weights": line[:count], "shift": line[count:], "parameters": {}}

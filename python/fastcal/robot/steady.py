@@ -13,7 +13,7 @@ from fastcal.units import from_si
 def warmed(robot: Robot) -> list[str]:
     """The arm's own effects that look at the temperature, as on a command line."""
     found = []
-    for entry, effect in zip(robot.spec.get("effects") or [], robot.effects, strict=True):
+    for entry, effect in zip(robot.entries, robot.effects, strict=True):
         if "temperature" in conditions_read(entry, effect) and not traits_of(entry["effect"]).of_the_measurement:
             found.append(label(entry))
     return found
@@ -27,4 +27,4 @@ def assumed_temperature(record: CalibrationRecord) -> str:
 
 def steady(robot: Robot) -> dict[str, float]:
     """The condition time [s] where an effect lags behind the temperature: at one temperature any time does."""
-    return {"time": 0.0} if any(lag_of(entry) > 0 for entry in robot.spec.get("effects") or []) else {}
+    return {"time": 0.0} if any(lag_of(entry) > 0 for entry in robot.entries) else {}

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.place import place
 from fastcal.units import to_si
 
 Spec = dict[str, Any]
@@ -88,7 +89,7 @@ def _node(node: Spec, frames: list[str]) -> _core.StructureNode:
         position=to_si(np.asarray(node["xyz_mm"], dtype=float), "mm"),
         moves=frames.index(node["moves"]) if "moves" in node else -1,
         mass=node.get("mass_kg", 0.0),
-        links=[int(name.removeprefix("link")) - 1 for name in carries if name != "payload"],
+        links=[place(name).index for name in carries if name != "payload"],
         carries_payload="payload" in carries,
         held=sum(1 << DIRECTIONS.index(name) for name in set(held)),
     )

@@ -78,5 +78,5 @@ def _write_fleet(project: Project, nominal: fastcal.Robot) -> None:
 
 def _measured(nominal: fastcal.Robot, q: np.ndarray, seed: int) -> fastcal.Dataset:
     base = {"xyz_mm": [1800.0, -650.0, 310.0], "rpy_deg": [0.4, -0.3, 155.0]}
-    real = fastcal.load_robot({**nominal.spec, "base": base, "effects": [COMPLIANCE]})
+    real = nominal.with_(base=base, effects=[COMPLIANCE])
     return fastcal.simulate(fastcal.perturbed(real, seed=seed), q, noise=NOISE_M, seed=seed)

@@ -22,6 +22,7 @@ from fastcal.importers.importing import open_exports
 from fastcal.importers.reading import Reading
 from fastcal.io.atomic import write_text
 from fastcal.measurements.dataset import Dataset
+from fastcal.place import joint_position
 from fastcal.robot.robot import Robot
 from fastcal.studio.project import MAP, MEASUREMENTS, ROBOT, Project
 from fastcal.units import from_si
@@ -158,8 +159,7 @@ def count_joints(project: Project, signs: Sequence[int], third: str) -> None:
     units = {"revolute": "deg", "prismatic": "mm"}
     for entry in entries:
         entry[f"zero_{units[robot.joint_types[int(str(entry['joint'])) - 1]]}"] = 0.0
-    spec = {key: value for key, value in robot.spec.items() if key != "pendant"}
-    Robot(spec | ({"pendant": entries} if entries else {})).save(project.path(ROBOT))
+    robot.with_(pendant=entries or None).save(project.path(ROBOT))
     letter = "j" if entries else "q"
     columns: dict[str, str | int] = {}
     for column in columns_of(project):
@@ -209,7 +209,7 @@ def _unchecked(reading: Reading, robot: Robot | None) -> Dataset:
 
 
 def _held_against(robot: Robot, reading: Reading, data: Dataset, problem: str, notes: tuple[str, ...]) -> Understood:
-    bare = Robot({**robot.spec, "effects": []})
+    bare = robot.with_(effects=[])
     try:
         placed = realign(bare, data)
     except FastcalError as error:
@@ -257,7 +257,7 @@ def table(found: Understood) -> list[dict[str, str | float | None]]:
     for k in range(len(data)):
         row: dict[str, str | float | None] = {"row": k, "name": found.reading.label(k)}
         for j, kind in enumerate(edge):
-            row[f"q{j + 1}"] = round(float(from_si(data.q[k, j], "mm" if kind == "prismatic" else "deg")), 3)
+            row[joint_position(j)] = round(float(from_si(data.q[k, j], "mm" if kind == "prismatic" else "deg")), 3)
         if data.position is not None:
             row |= {axis: round(float(from_si(v, "mm")), 3) for axis, v in zip("xyz", data.position[k], strict=True)}
         row["misfit"] = None if found.misfit is None else round(float(from_si(found.misfit[k], "mm")), 3)

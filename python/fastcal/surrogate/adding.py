@@ -151,7 +151,7 @@ def _leading_later(problem: ResidualProblem, blocks: list[Block], thresholds: Th
 
 
 def _with_effects(model: Robot, entries: list[Spec]) -> Robot:
-    return Robot(dict(model.spec) | {"effects": [*(model.spec.get("effects") or []), *entries]})
+    return model.with_(effects=[*model.entries, *entries])
 
 
 def _some(rows: int, most: int) -> NDArray[np.int64]:

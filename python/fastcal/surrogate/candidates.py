@@ -14,6 +14,7 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.measurements.dataset import Dataset
+from fastcal.place import joint_position
 from fastcal.robot.robot import Robot
 
 SLOW = frozenset(["time", "temperature"])  # inputs whose later values no row has
@@ -45,7 +46,7 @@ def directions(owner: str) -> int:
 
 def candidates(robot: Robot, data: Dataset, threads: int) -> list[Candidate]:
     """All blocks whose inputs the data hold and vary."""
-    known = {f"q{i + 1}" for i in range(robot.joint_count) if _varies(data.q[:, i])}
+    known = {joint_position(i) for i in range(robot.joint_count) if _varies(data.q[:, i])}
     known |= _varying_loads(robot, data, threads)
     for word, table in (("approach", data.approach), ("move", data.move)):
         if table is not None:
@@ -95,7 +96,7 @@ def _all(n: int) -> Iterator[Candidate]:
                 yield Candidate(owner, (f"approach{j}", f"q{i}"))
                 yield Candidate(owner, (f"load{j}",))
     for i in range(1, n):
-        yield Candidate(f"link{i}", (f"q{i}", f"q{i + 1}"))
+        yield Candidate(f"link{i}", (f"q{i}", joint_position(i)))
         yield Candidate(f"link{i}", (f"down{i}_x", f"down{i}_y", f"down{i}_z"))
     yield Candidate("robot", ("time",))
     yield Candidate("robot", ("temperature",))

@@ -109,9 +109,8 @@ def residual_problem(
     threads: int,
 ) -> ResidualProblem:
     """The problem of `add_surrogate`, whose arguments these are; `owners` are the places to look at."""
-    spec = {key: value for key, value in model.spec.items() if key not in ("correction", "calibration")}
     units = [unit_motion(owner, k) for owner in owners for k in range(directions(owner))]
-    extended = Robot(spec | {"effects": [*(spec.get("effects") or []), *units]})
+    extended = model.with_(correction=None, calibration=None, effects=[*model.entries, *units])
     samples = extended.samples(data)
     core = extended.error_model
     places = np.zeros(0) if unknowns is None else np.ravel(unknowns)

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 #include "fastcal/math/check.hpp"
@@ -186,7 +187,7 @@ TEST(Measurements, ThePositionComesFirstAndTheOthersFollow) {
   EXPECT_TRUE(measured.shows_base() && measured.shows_tool_turn());
 }
 
-TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinate) {
+TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinateAndOfASocketTheirMean) {
   Random random(1);
   Tables all = tables(random);
   EXPECT_FALSE(Measurements(all, arm()).claims_sigma());
@@ -202,7 +203,7 @@ TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinate) {
                                                  {"orientation", 4},
                                                  {"length", 1},
                                                  {"plane", 1},
-                                                 {"socket", 3},
+                                                 {"socket", std::sqrt(14.0) / std::sqrt(3.0)},
                                                  {"tilt of link3", 5},
                                                  {"tilt of link5", 5}}));
 }

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from fastcal import Robot, diagnose, load_robot, perturbed, random_poses, simulate
-from fastcal.diagnosis import Diagnosis, diagnosis
+from fastcal.diagnosis import Diagnosis
+from fastcal.diagnosis.found import Found
 from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.reasons import Reason
 from fastcal.measurements.dataset import Dataset
@@ -44,9 +45,9 @@ def test_grade_a_is_not_given_where_the_own_model_leaves_more(monkeypatch: pytes
     assert found.grade == "A"
     library = build_library(arm(), slack_rows())
     this = SimpleNamespace(offered=library, data=slack_rows(), search=slack().search, sigma=None, threads=1)
-    assert diagnosis._Found._stands(this, slack().steps[-1].model)  # type: ignore[arg-type]
-    assert not diagnosis._Found._stands(this, slack().steps[0].model)  # type: ignore[arg-type]
-    monkeypatch.setattr(diagnosis._Found, "_stands", lambda *_: False)
+    assert Found._stands(this, slack().steps[-1].model)  # type: ignore[arg-type]
+    assert not Found._stands(this, slack().steps[0].model)  # type: ignore[arg-type]
+    monkeypatch.setattr(Found, "_stands", lambda *_: False)
     (found,) = diagnose(arm(), slack_rows()).effects
     assert found.grade == "B"
     assert Reason.OWN_MODEL in {because.reason for because in found.limits}

@@ -72,6 +72,14 @@ def test_a_plain_model_that_predicts_better_is_written_and_told(tmp_path: Path) 
     for finding in found.effects:
         outdone = any(because.reason is Reason.PLAIN_MODEL_PREDICTS for because in finding.limits)
         assert finding.in_model is not outdone
+    written = {(e["effect"], e["owner"]): e["parameters"] for e in found.model.spec["effects"]}
+    parts = [f for f in found.effects if any(because.reason is Reason.PART_OF_A_PLAIN_MODEL for because in f.limits)]
+    assert parts
+    for part in parts:  # told with the values that are in the file, and how clear they are
+        own = written[part.effect, part.owner]
+        assert {name: v.value for name, v in part.parameters.items()} == {name: v["value"] for name, v in own.items()}
+        assert part.snr > 0
+        assert 0 <= part.p_value <= 1
 
 
 def test_what_was_found_stays_where_no_plain_model_predicts_clearly_better() -> None:

@@ -40,8 +40,8 @@ def test_signs_zeros_and_sums_by_hand() -> None:
     q = [[10.0, 70.0, 20.0, -10.0, 50.0, 60.0], [-1.0, 88.0, -6.0, -7.0, -5.0, 6.0]]
     np.testing.assert_allclose(np.degrees(robot.pendant.chain(np.radians(shown))), q, atol=1e-12)
     np.testing.assert_allclose(np.degrees(robot.pendant.shown(np.radians(q))), shown, atol=1e-12)
-    assert relations(robot.spec) == ["q3 = J3 + J1 - J2", "q2 = -J2 + 90 deg", "q4 = -J4 + J3"]
-    columns = controller_columns(robot.spec, np.radians(q))
+    assert relations(robot.description) == ["q3 = J3 + J1 - J2", "q2 = -J2 + 90 deg", "q4 = -J4 + J3"]
+    columns = controller_columns(robot.description, np.radians(q))
     np.testing.assert_allclose(columns["j3_deg"], shown[:, 2], atol=1e-12)
     order = robot.pendant.order
     assert order.index(2) > max(order.index(0), order.index(1))
@@ -59,9 +59,9 @@ def test_arms_without_the_key_show_the_chain_s_joints() -> None:
     robot = fastcal.load_robot("ur5")
     q = np.linspace(-1, 1, 6)[None]
     assert robot.pendant.is_chain
-    assert relations(robot.spec) == []
+    assert relations(robot.description) == []
     np.testing.assert_array_equal(robot.pendant.chain(q), q)
-    assert list(controller_columns(robot.spec, q)) == [f"q{joint}_deg" for joint in range(1, 7)]
+    assert list(controller_columns(robot.description, q)) == [f"q{joint}_deg" for joint in range(1, 7)]
 
 
 def test_a_file_keeps_it_and_so_do_conversions_and_models(tmp_path) -> None:

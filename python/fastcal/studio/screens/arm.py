@@ -11,6 +11,7 @@ from fastcal.calibration.prediction import quaternions
 from fastcal.design.candidates import joint_ranges
 from fastcal.errors import FastcalError
 from fastcal.io.robot_file import load_robot
+from fastcal.place import joint_position
 from fastcal.robot.pendant import relations
 from fastcal.robot.robot import Robot
 from fastcal.robots import available
@@ -57,12 +58,12 @@ def _robot(robot: Robot) -> None:
             for k, unit in enumerate(units):
                 low, high = (float(from_si(value, unit)) for value in ranges[k])
                 with ui.row().classes("w-full items-center no-wrap"):
-                    ui.label(f"q{k + 1}").classes("w-8")
+                    ui.label(joint_position(k)).classes("w-8")
                     slider = ui.slider(min=low, max=high, step=(high - low) / 720, value=float(from_si(q[k], unit)))
                     slider.props(f'aria-label="Joint {k + 1}" data-test="slider-{k + 1}"')
                     numbers.append(ui.label().classes("w-48 font-mono text-right whitespace-nowrap"))
                     slider.on_value_change(lambda e, k=k, unit=unit: turn(k, to_si(float(e.value), unit)))
-            for text in relations(robot.spec):
+            for text in relations(robot.description):
                 ui.label(text).classes("text-sm")
             place = ui.label().classes("font-mono text-sm").props('data-test="tool"')
         with card("Skeleton", "Turn it with the mouse; the diamond is the tool."):

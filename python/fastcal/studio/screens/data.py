@@ -169,10 +169,10 @@ def _drop(label: str, name: str, take: Callable[[str, bytes], Any]) -> None:
 def _signs(studio: Studio, changes: Callable[..., Any]) -> None:
     """How the controller counts: a sign a joint, and what joint 3 is counted from."""
     robot = studio.project.robot()
-    entries = {entry["joint"]: entry for entry in robot.spec.get("pendant") or []}
-    signs = [int(entries.get(k + 1, {}).get("sign", 1)) for k in range(robot.joint_count)]
-    three = entries.get(3, {})
-    third = "plus" if three.get("plus") else "minus" if three.get("minus") else "own"
+    entries = {entry.joint: entry for entry in robot.description.pendant}
+    signs = [int(entries[k + 1].sign) if k + 1 in entries else 1 for k in range(robot.joint_count)]
+    three = entries.get(3)
+    third = "own" if three is None else "plus" if three.plus else "minus" if three.minus else "own"
 
     def count(which: int, turned: bool) -> None:
         signs[which] = -1 if turned else 1

@@ -82,7 +82,7 @@ def build(studio: Studio) -> None:
 def _switches(studio: Studio, out: str, source: Any) -> None:
     """The effects of a model as switches; the rest is fitted again as one is turned."""
     model = f"{out}/model.yaml"
-    entries = load_robot(studio.project.path(model)).spec.get("effects") or []
+    entries = load_robot(studio.project.path(model)).entries
     names = [name_of(entry) for entry in entries]
     if not names:
         return

@@ -1,0 +1,339 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""From the set that was found to the result: what is written, the findings with their grades, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.kind_misfits import kind_misfits
+from fastcal.calibration.parallel import each
+from fastcal.calibration.pose_folds import along_a_path
+from fastcal.diagnosis import adaptation, grading, rivals, sensitivity, unexplained
+from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
+from fastcal.diagnosis.heavy_tails import weighed
+from fastcal.diagnosis.library import Hypothesis, Library, build_library
+from fastcal.diagnosis.many_rows import on_all_rows
+from fastcal.diagnosis.memory import with_memory_named
+from fastcal.diagnosis.noise import (
+    NoiseLevel,
+    out_of_reach,
+    over_claim,
+    row_run_notes,
+    sharing_no_posture,
+    with_estimated_noise,
+)
+from fastcal.diagnosis.noise_scales import noise_by_kind
+from fastcal.diagnosis.periodic import fine_looks
+from fastcal.diagnosis.plain_models import Judged
+from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
+from fastcal.diagnosis.problem import Problem, prepared_problem
+from fastcal.diagnosis.reasons import Because, Reason
+from fastcal.diagnosis.remaining_surrogate import with_surrogate
+from fastcal.diagnosis.result import AdaptedModel, Diagnosis, Finding, Unexplained
+from fastcal.diagnosis.robust_rows import gross_rows
+from fastcal.diagnosis.rounds import claimed
+from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.sure_names import Told, replacement
+from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.diagnosis.words import noise_doubts, sentence_of
+from fastcal.effects.entries import curve_of, label
+from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import KindMisfit
+from fastcal.robot.robot import Robot, Spec
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The set that was found, before its result is made."""
+
+    robot: Robot
+    data: Dataset
+    rows: NDArray[np.intp] | None  # that were searched; None: all
+    test: Dataset | None
+    search: Search
+    written: Judged
+    told: Told
+    offered: Library
+    level: NoiseLevel
+    sigma: float | None
+    threads: int
+    lost: tuple[int, ...]  # rows that were not looked at
+
+    @property
+    def model(self) -> rivals.Model:
+        """The one that is written."""
+        return self.written.model
+
+    @property
+    def best(self) -> SearchNode:
+        """The names."""
+        return self.told.best
+
+    @cached_property
+    def told_fit(self) -> Fit:
+        """That of all names, sure or not."""
+        if not self.told.unsure and not self.written.is_plain:
+            return self.fit
+        return self.best.fit if self.rows is None else fit(self.whole, self.best.names, self.best.fit)
+
+    @cached_property
+    def whole(self) -> Problem:
+        """All rows but for those out of reach."""
+        at = self.search.start.fit if self.written.holds_the_arm else self.model.fit
+        return self.search.problem if self.rows is None else on_all_rows(at, self.data)
+
+    @cached_property
+    def fit(self) -> Fit:
+        """The model, fitted to all rows."""
+        return self.model.fit if self.rows is None else rivals.refitted(self.model, self.whole)
+
+    @property
+    def reaches(self) -> NDArray[np.bool_]:
+        """(N,) rows of all that the model reaches."""
+        return self.model.reaches if self.rows is None else self.whole.used
+
+    @property
+    def gross(self) -> list[int]:
+        """Rows that the fit of the model holds and that are far off it: nothing that was found explains them."""
+        problem = self.model.fit.problem
+        A, r, row = self.model.fit.whitened
+        at = problem.rows[sharing_no_posture(gross_rows(A, r, row), problem.kept)]
+        return [int(i) for i in (at if self.rows is None else self.rows[at])]
+
+    def result(self, left_out: Sequence[KindMisfit] = ()) -> Diagnosis:
+        """Calibrated models, grades, what remains, and all else that a reader should know; kinds that were left out."""
+        best, search = self.best, self.search
+        is_named = not self.told.remains and not self.model.profiles
+        outliers = self._outliers(is_named)
+        stands = is_named or (self.written.is_plain and best.suffices)
+        few = stands and len(best.names) <= search.most
+        equivalents = search.alternatives(best) if few else [[] for _ in best.names]
+        proofs = [grading.evidence(search, best, name) for name in best.names]
+        order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
+        names = [best.names[k] for k in order if best.names[k] in self.model.state.names]
+        judge = adaptation.Judge(self.data, self.test, self.threads)
+        written = [of_corners(at) for at in self._written(names)]
+        steps = each(lambda at: judge.adapted(at, self.level.sigma), written)
+        profiles = self.model.profiles
+        remaining = self._remaining(steps[0], outliers)
+        kept = self.data.measured.copy()
+        kept[outliers] = False
+        gap = adaptation.gap(steps, written, kept, names, self.written.added)
+        last = replace(written[-1], problem=self.fit.problem, squares=None)
+        more, step = None, None
+        if not self.written.holds_the_arm:  # what is left then are the arm's own errors
+            more, step, remaining = with_surrogate(
+                steps[-1], gap[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
+            )
+        findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, remaining) for k in order]
+        if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
+            findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
+        if any(f.grade != "A" for f in findings):
+            findings = [_as_sure_as_the_least(f) for f in findings]
+        there = {finding.label for finding in findings}
+        findings += [self._unnamed(steps[-1].model, entry) for entry in profiles if label(entry) not in there]
+        if more is not None and step is not None:
+            steps, gap = [*steps, more], [*gap, step]
+        end = steps[-1]
+        misfits = [*left_out, *kind_misfits(end.model, self.data, end.train, end.unknowns, self.threads)]
+        runs = row_run_notes(self.data, outliers, steps[-1].train.error_after)
+        doubts = noise_doubts(over_claim(self.level, self.data, self.sigma), search.problem.noise.memory)
+        found = Diagnosis(
+            verdict=verdict_of(findings, remaining),
+            sentence="",
+            effects=findings,
+            unexplained=remaining,
+            untestable=sensitivity.untestable(search, self.offered),
+            outliers=outliers,
+            noise=noise_by_kind(self.search.problem, self.level.sigma, self.level.source),
+            sigma_source=self.level.source,
+            sigma_note=with_memory_named(self.level.note, search.problem.noise.memory),
+            gap=gap,
+            ranking=sensitivity.ranking(search, best),
+            smallest=sensitivity.smallest(best),
+            confusion=sensitivity.confusion(search),
+            steps=steps,
+            search=search,
+            state=best,
+            final=self.told.final,
+            plan=self._plan(equivalents),
+            plain=self.written.words if self.written.is_plain else None,
+            notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
+            misfits=misfits,
+        )
+        rows_left_out = [f"{len(outliers)} rows that nothing explains were left out"] if runs else []
+        return replace(found, sentence=sentence_of(found, [*rows_left_out, *doubts]))
+
+    def _remaining(self, geometry: AdaptedModel, outliers: list[int]) -> Unexplained | None:
+        """What the names leave: where the most of it is."""
+        placed = unexplained.located(self.search, self.told.final) if self.told.remains else None
+        found = [one for one in (placed, unexplained.in_order(self.level.slow)) if one is not None]
+        if not found:
+            return unexplained.at_a_posture(geometry.train, outliers, self.level.sigma)
+        return max(found, key=lambda one: one.share)
+
+    def _limits(self, remaining: Unexplained | None) -> list[str]:
+        """What the search did not look at, or can't tell apart, in sentences."""
+        out = []
+        if (remaining is not None or self.model.profiles) and along_a_path(self.data):
+            out.append(
+                "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
+                "name: measure some of these poses again in another order"
+            )
+        if self.rows is not None:
+            share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"
+            out.append(f"causes were searched for in {share}, spread evenly; the models are fitted to all of them")
+        if self.search.is_cut_short:
+            out.append(
+                f"the search for causes was cut short after {len(self.search.seen)} sets of effects: larger sets and "
+                "exchanges of their members were left untried; with effects excluded it goes further"
+            )
+        return out
+
+    def _stands(self, model: Robot) -> bool:
+        """Does the diagnosis of the model that is written, from its first fit and noise on, find nothing new?"""
+        asked = {name.key for name in self.offered.names}
+        names = [name for name in build_library(model, self.data).names if name.key in asked]
+        data = self.search.problem.data
+        problem = prepared_problem(model, data, names, claimed(data, self.sigma), self.threads)
+        problem, _level = with_estimated_noise(problem, fit(problem, []), self.sigma)
+        return Search(problem).start.suffices
+
+    def _plan(self, equivalents: list[list[SearchNode]]) -> SeparatingPlan | None:
+        """Poses that would tell the names of a set apart, where there is one and points were measured."""
+        if self.data.position is None:
+            return None
+        others = [[replacement(self.best, state) for state in states] for states in equivalents]
+        return separating_plan(self.best, others)
+
+    def _written(self, names: Sequence[Hypothesis]) -> list[Fit]:
+        """The fits that are written: with each name, then with the curves; or the geometry, and what holds the arm."""
+        if self.written.holds_the_arm:
+            start = self.search.start.fit
+            return [start if self.rows is None else fit(self.whole, [], start), self.fit]
+        fits = adaptation.fits(self.search, self.model.state, names)
+        if self.rows is not None:
+            whole = self.whole
+            fits = each(lambda at: self.fit if at is self.model.fit else fit(whole, at.added, at), fits)
+        if self.model.profiles:
+            return [*fits, self.fit]
+        if self.told.remains or self.written.is_plain:
+            return fits  # a row that is far off may show what is missing; a plain model is the one that was judged
+        problem = weighed(self.whole, self.fit)
+        again = fits if problem is self.whole else each(lambda at: fit(problem, at.added, at), fits)
+        return again if all(at.converged for at in again) else fits
+
+    def _outliers(self, is_named: bool) -> list[int]:
+        """Rows that the model can't reach."""
+        if self.rows is None and is_named:
+            return sorted({*out_of_reach(self.best.fit), *self.lost})
+        # What is missing from a poorer model puts no row on the list.
+        return [int(i) for i in np.flatnonzero(self.data.measured & ~self.reaches)]
+
+    def _finding(
+        self,
+        name: Hypothesis,
+        proof: grading.Evidence,
+        equivalents: list[SearchNode],
+        model: Robot,
+        remaining: Unexplained | None,
+    ) -> Finding:
+        others = tuple(dict.fromkeys(replacement(self.best, state).key for state in equivalents))
+        grade, limits = grading.grade(
+            proof, name, others, remaining is not None or len(self.best.names) > self.search.most
+        )
+        if remaining is not None and grading.is_shadow(self.search, self.best, proof):
+            grade, limits = "C", (Because(Reason.SHADOW), *limits)
+        if is_beyond_bounds(self.told_fit, name):
+            grade, limits = "C", (Because(Reason.IMPOSSIBLE), *limits)
+        if self.written.is_plain and not self.written.shows(name):
+            grade, limits = "C", (Because(Reason.SHADOW), *limits)
+        unsure = self.told.unsure.get(repr(name))
+        model = model if unsure is None else adaptation.robot_of(self.told_fit, self.level.sigma)
+        values = adaptation.values(model, name.entry)
+        if grading.is_turned(self.best.fit.effect(name).data_columns, values):
+            grade, limits = max(grade, "B"), (*limits, Because(Reason.TURNED_DIRECTION))
+        doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))
+        if grade == "A" and doubts:
+            grade, limits = "B", doubts
+        if unsure is not None:
+            grade = "C" if unsure.reason is Reason.PLAIN_MODEL_PREDICTS else "B" if grade == "A" else grade
+            limits = (unsure, *limits)
+        return Finding(
+            effect=name.effect,
+            owner=name.owner,
+            grade=grade,
+            parameters=values,
+            snr=float(np.sqrt(proof.statistic)),
+            p_value=self._chance(proof.statistic, proof.rank, name),
+            equivalents=others,
+            gain=proof.gain,
+            stability=proof.stability,
+            limits=limits,
+            in_model=unsure is None,
+        )
+
+    def _unnamed(self, model: Robot, entry: Spec) -> Finding:
+        """What is in the model without being named: a joint that errs by its own position, or a part of a plain model.
+
+        A curve has hundreds of values and no unit of its own; its page draws it.
+        """
+        if entry["effect"] == curve_of("joint"):
+            because = Because(Reason.CURVE_WITHOUT_NAME, waves=tuple(unexplained.main_orders(model, entry)))
+            return Finding(entry["effect"], entry["owner"], "C", {}, 0.0, 0.0, limits=(because,))
+        own = next(name for name in self.fit.added if label(name.entry) == label(entry))
+        statistic = SearchNode(self.fit, self.search.start.family).wald(own)
+        return Finding(
+            effect=entry["effect"],
+            owner=entry["owner"],
+            grade="C",
+            parameters=adaptation.values(model, own.entry),
+            snr=float(np.sqrt(statistic)),
+            p_value=self._chance(statistic, len(self.fit.columns(own)), own),
+            limits=(Because(Reason.PART_OF_A_PLAIN_MODEL),),
+        )
+
+    def _chance(self, statistic: float, rank: int, name: Hypothesis) -> float:
+        """That noise makes some name of the family as significant; what was searched for counts."""
+        problem = self.best.fit.problem
+        alone = p_values(np.array([statistic]), np.array([rank], dtype=np.int32), problem.noise.freedom)[0]
+        return min(1.0, float(alone) * (self.search.start.family.named + fine_looks(problem, name)))
+
+
+def of_corners(at: Fit) -> Fit:
+    """The same fitted to corners as they were seen: what is written predicts pictures.
+
+    While causes are looked for, they may hide in what the joints' noise is taken to be, which then weighs too much.
+    """
+    if at.problem.repeatability is None:
+        return at
+    problem = replace(at.problem, repeatability=0.0)
+    again = fit(problem, at.added, at)
+    _, r, row = again.whitened
+    by = float(np.sqrt(np.sum(r[row >= 0] ** 2) / again.freedom))  # of the six numbers of a picture: postures' noise
+    again = fit(problem.with_noise(replace(problem.noise, factor=problem.noise.factor * by)), at.added, again)
+    return again if again.converged else at
+
+
+def _as_sure_as_the_least(finding: Finding) -> Finding:
+    """One effect of a set that is not sure may mend the wrong form of another: then none of them is."""
+    if finding.grade != "A":
+        return finding
+    return replace(finding, grade="B", limits=(Because(Reason.UNSURE_COMPANION),))
+
+
+def verdict_of(findings: Sequence[Finding], remaining: Unexplained | None) -> str:
+    """The verdict on some findings and what remains beside them: one of VERDICTS."""
+    if remaining is not None:
+        return "unexplained"
+    if not findings:
+        return "none"
+    if len(findings) > 1:
+        return "several"
+    return "one_of" if findings[0].equivalents else "named"

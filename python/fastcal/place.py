@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Places of a cell, which own parameters: a part of an arm, by its kind and number, such as `joint3` or `left/joint3`.
+
+Here alone are names put together and taken apart; joints are counted from 1 in names and from 0 in arrays.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+
+_NAME = re.compile(r"(?:(?P<arm>[^/]+)/)?(?P<kind>.*?)(?P<number>\d*)")
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place: its arm (empty where there is one only), its kind, its number from 1 (0 where it has none)."""
+
+    arm: str
+    kind: str
+    number: int
+
+    @property
+    def index(self) -> int:
+        """Its number from 0, as arrays count joints and links."""
+        return self.number - 1
+
+    def __str__(self) -> str:
+        return f"{self.arm}{'/' * bool(self.arm)}{self.kind}{self.number or ''}"
+
+
+@lru_cache(4096)
+def place(name: str) -> Place:
+    """The place of a name."""
+    found = _NAME.fullmatch(name)
+    if found is None:
+        return Place("", name, 0)
+    return Place(found["arm"] or "", found["kind"], int(found["number"] or 0))
+
+
+def joint_name(index: int) -> str:
+    """The owner that joint `index`, counted from 0, is."""
+    return f"joint{index + 1}"
+
+
+def joint_position(index: int) -> str:
+    """What the position of joint `index`, counted from 0, is called in tables and formulas."""
+    return f"q{index + 1}"
+
+
+def joint_column(index: int, unit: str) -> str:
+    """The column of a table that holds the positions of joint `index`, counted from 0."""
+    return f"{joint_position(index)}_{unit}"
