@@ -3,6 +3,7 @@
 """What many tests need."""
 
 import html
+import importlib.util
 import json
 import os
 import re
@@ -134,23 +135,33 @@ def chromium() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="session")
-def accessible() -> Callable[[Any], None]:
+def axe() -> str | None:
+    """The script of axe-core, which ./setup --test installs; None where it is missing."""
+    package = importlib.util.find_spec("axe_playwright_python")
+    if package is None or package.origin is None:
+        return None
+    return (Path(package.origin).parent / "axe.min.js").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def accessible(axe: str | None) -> Callable[[Any], None]:
     """Asserts that axe-core finds nothing serious in a page that Playwright shows."""
-    package = pytest.importorskip("axe_playwright_python", reason="axe-core is missing: ./setup --test installs it")
-    source = (Path(package.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+    if axe is None:
+        pytest.skip("axe-core is missing (axe-playwright-python): ./setup --test installs it")
+    return lambda page: assert_accessible(page, axe)
 
-    def check(page: Any) -> None:
-        page.evaluate(source)
-        found = page.evaluate("axe.run({ resultTypes: ['violations'] })")["violations"]
-        serious = [
-            (each["id"], node["target"], node["failureSummary"])
-            for each in found
-            if each["impact"] in ("serious", "critical")
-            for node in each["nodes"]
-        ]
-        assert serious == []
 
-    return check
+def assert_accessible(page: Any, axe: str) -> None:
+    """Nothing that axe-core finds in the page is serious or critical."""
+    page.evaluate(axe)
+    found = page.evaluate("axe.run({ resultTypes: ['violations'] })")["violations"]
+    serious = [
+        (each["id"], node["html"], node["failureSummary"])
+        for each in found
+        if each["impact"] in ("serious", "critical")
+        for node in each["nodes"]
+    ]
+    assert serious == []
 
 
 class SharedData:
