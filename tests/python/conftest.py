@@ -3,11 +3,13 @@
 """What many tests need."""
 
 import html
+import importlib.util
 import json
 import os
 import re
 import shutil
 import subprocess
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -112,6 +114,54 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
             pytest.fail(missing)
         pytest.skip(missing)
     return Browser(command, tmp_path_factory.mktemp("browser"))
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Debian's Chromium, driven by Playwright."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    command = shutil.which("chromium") or shutil.which("google-chrome")
+    if command is None:
+        if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
+            pytest.fail("no chromium on this machine (Debian: apt-get install chromium)")
+        pytest.skip("no chromium on this machine")
+    # Drawn in software, scenes in space cost more than all else: only where somebody will look at them.
+    flags = ["--no-sandbox", *(SOFTWARE_GL if os.environ.get("FASTCAL_STUDIO_SHOTS") else NO_GL)]
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=command, args=flags, timeout=120_000)
+        browser.timeout = playwright.TimeoutError
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def axe() -> str | None:
+    """The script of axe-core, which ./setup --test installs; None where it is missing."""
+    package = importlib.util.find_spec("axe_playwright_python")
+    if package is None or package.origin is None:
+        return None
+    return (Path(package.origin).parent / "axe.min.js").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def accessible(axe: str | None) -> Callable[[Any], None]:
+    """Asserts that axe-core finds nothing serious in a page that Playwright shows."""
+    if axe is None:
+        pytest.skip("axe-core is missing (axe-playwright-python): ./setup --test installs it")
+    return lambda page: assert_accessible(page, axe)
+
+
+def assert_accessible(page: Any, axe: str) -> None:
+    """Nothing that axe-core finds in the page is serious or critical."""
+    page.evaluate(axe)
+    found = page.evaluate("axe.run({ resultTypes: ['violations'] })")["violations"]
+    serious = [
+        (each["id"], node["html"], node["failureSummary"])
+        for each in found
+        if each["impact"] in ("serious", "critical")
+        for node in each["nodes"]
+    ]
+    assert serious == []
 
 
 class SharedData:

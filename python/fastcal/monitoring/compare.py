@@ -50,7 +50,8 @@ class Comparison(Shown):
     Attributes:
         first, second: The models.
         at_tool: Distances [m] between them over the postures, bases and tools aligned.
-        q: (N, n) the postures; payload (N,) [kg]; distance (N,) [m]; points (N, 3) of the first model in its base [m].
+        q: (N, n) the postures; payload (N,) [kg]; distance (N,) [m]; points (N, 3) of the first model in its base [m],
+            apart (N, 3) from them to the second model's [m].
         parameters: Those of the first model and of the second one's further effects, base and tool left out.
         unexplained: RMS distance [m] that no change of the parameters explains.
     """
@@ -62,6 +63,7 @@ class Comparison(Shown):
     payload: FloatArray
     distance: FloatArray
     points: FloatArray
+    apart: FloatArray
     parameters: list[Difference]
     unexplained: float
     notes: list[str] = field(default_factory=list)
@@ -106,7 +108,8 @@ def compare(first: RobotLike, second: RobotLike, *, threads: int = 1) -> Compari
     x = at.points(b)
     union = union_of(a, b)
     alone, _ = fitted_to(union, at, x, ends(union), noise_of(a, b))
-    distance = np.linalg.norm(at.points(alone) - x, axis=1)
+    apart = (x - at.points(alone)) @ base_of(alone)[:3, :3]
+    distance = np.linalg.norm(apart, axis=1)
     statistics = ErrorStatistics.of(distance)
     if statistics is None or statistics.rms > OTHER_ARM * a.reach:
         raise InvalidInput(f"{a.name} and {b.name} differ by more than a twentieth of their reach; expected one arm")
@@ -123,6 +126,7 @@ def compare(first: RobotLike, second: RobotLike, *, threads: int = 1) -> Compari
         payload=at.payload,
         distance=distance,
         points=inside.T[:, :3],
+        apart=apart,
         parameters=differences(union, a, b, change, free, at),
         unexplained=float(np.sqrt(np.mean(np.sum(left**2, axis=1)))),
         notes=notes,

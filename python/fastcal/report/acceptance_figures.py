@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fastcal.report import figures
+from fastcal.report import figures, workspace
+from fastcal.report.arm import accepted_arm
 from fastcal.report.figures import Figure, Key
 from fastcal.report.language import _
 from fastcal.units import from_si
@@ -22,6 +23,13 @@ _VISITS_SHOWN = 400
 def drawings(found: Acceptance) -> list[Figure]:
     """All drawings of the page."""
     return [_accuracies(found), _visits(found)]
+
+
+def arm_in_space(found: Acceptance) -> Figure:
+    """The arm at the commanded poses, with what was attained as arrows."""
+    told = _("Each arrow goes from the commanded point towards the mean of what was attained, enlarged as said.")
+    positions, off, arm = accepted_arm(found)
+    return workspace.scene(positions, off, None, np.zeros(3), _("the base"), arm, told=told)
 
 
 def _accuracies(found: Acceptance) -> Figure:

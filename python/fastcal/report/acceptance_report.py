@@ -59,6 +59,7 @@ def acceptance_page(found: Acceptance, language: str = "en") -> str:
             budget_table=budget_table(found),
             volume_table=volume_table(found),
             drawings=acceptance_figures.drawings(found),
+            scene=acceptance_figures.arm_in_space(found),
             method=_method(found),
             document=document_facts(found.made_by),
             rule=_(

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,20 +13,25 @@ from numpy.typing import NDArray
 
 from fastcal.measurements.kinds import POINTS
 from fastcal.place import joint_name
+from fastcal.report.figures import spread_rows
 from fastcal.report.language import _
-from fastcal.report.view import Rows
+from fastcal.report.view import Rows, Variable
 from fastcal.robot.controller_robot import GEOMETRY
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
 if TYPE_CHECKING:
+    from fastcal.acceptance import Acceptance
     from fastcal.calibration.evaluation import Evaluation
     from fastcal.measurements.dataset import Dataset
+    from fastcal.monitoring.compare import Comparison
     from fastcal.monitoring.result import CheckResult
+    from fastcal.report.parameter_sizes import Moved
 
 Array = NDArray[np.float64]
 
 _APART = 0.5  # [mm] frames that are nearer than this in every posture are drawn as one point
+_MOST_COMPARED = 200  # postures of a comparison
 _MOST_ROWS = 500  # that contributions are found from
 
 
@@ -40,6 +45,8 @@ class Arm:
         contributions: (n,) [mm] at the tool, see `contributions`; None where there is nothing to compare.
         rows: Of each posture its set and its row in that set's file.
         labels: The same in words.
+        variables: What postures can be chosen by, a value a posture.
+        stations: Names of the values of the variable `station`.
     """
 
     points: Array
@@ -47,6 +54,8 @@ class Arm:
     contributions: Array | None
     rows: list[tuple[int, int]]
     labels: list[str]
+    variables: list[Variable] = field(default_factory=list)
+    stations: tuple[str, ...] = ()
 
     def pick(self, chosen: NDArray[np.intp]) -> Arm:
         """Some of the postures."""
@@ -56,6 +65,8 @@ class Arm:
             self.contributions,
             [self.rows[k] for k in chosen],
             [self.labels[k] for k in chosen],
+            [replace(variable, values=variable.values[chosen]) for variable in self.variables],
+            self.stations,
         )
 
 
@@ -68,10 +79,12 @@ def arm_of(model: Robot, before: Robot, sets: Sequence[tuple[Rows | None, Evalua
         sets: Rows and the evaluation that they are of, training first; None where there are none.
     """
     q, numbers, labels = [], [], []
+    drawn = []
     for k, (rows, of) in enumerate(sets):
         if rows is None or of is None:
             continue
         places = np.flatnonzero(rows.with_arrows)
+        drawn.append((rows, of, places))
         q.append(of.data.q[places])
         numbers += [(k, int(row)) for row in rows.numbers[places]]
         labels += [_("{set}, row {row}", set=rows.name, row=int(row)) for row in rows.numbers[places]]
@@ -79,7 +92,26 @@ def arm_of(model: Robot, before: Robot, sets: Sequence[tuple[Rows | None, Evalua
         return None
     points, joints = skeleton(model, np.vstack(q))
     judged = next(of for _rows, of in sets if of is not None)
-    return Arm(points, joints, contributions(model, before, judged.data), numbers, labels)
+    stations = next((of.data.station_names for _rows, of in sets if of is not None), ())
+    contributed = contributions(model, before, judged.data)
+    return Arm(points, joints, contributed, numbers, labels, _variables(drawn), stations)
+
+
+def _variables(drawn: Sequence[tuple[Rows, Evaluation, NDArray[np.intp]]]) -> list[Variable]:
+    """What differs between the rows that are drawn of each set; stations where all sets have the same."""
+    found = []
+    for variable in drawn[0][0].variables:
+        own = [{each.name: each.values for each in (*rows.joints, *rows.conditions)} for rows, _of, _places in drawn]
+        parts = [
+            values[variable.name][places] if variable.name in values else np.full(len(places), np.nan)
+            for values, (_rows, _of, places) in zip(own, drawn, strict=True)
+        ]
+        found.append(replace(variable, values=np.concatenate(parts)))
+    codes = [(of.data.station, of.data.station_names, places) for _rows, of, places in drawn]
+    if len(codes[0][1]) > 1 and all(names == codes[0][1] for _codes, names, _places in codes):
+        values = np.concatenate([np.asarray(station, float)[places] for station, _names, places in codes])
+        found.append(Variable("station", _("station"), "", values))
+    return found
 
 
 def checked_arm(found: CheckResult) -> tuple[Array, Array, Arm] | None:
@@ -106,6 +138,40 @@ def checked_arm(found: CheckResult) -> tuple[Array, Array, Arm] | None:
     labels = [_("row {row}", row=int(row)) for row in kept]
     arm = Arm(points, joints, contributed, [(0, int(row)) for row in kept], labels)
     return np.asarray(from_si(found.data.position[kept], "mm")), np.asarray(from_si(errors[kept], "mm")), arm
+
+
+def compared_arm(found: Comparison, moved: Sequence[Moved]) -> tuple[Array, Array, Arm]:
+    """Points of the first model, the way to the second's (R, 3) [mm] and the arm there, in the first one's base.
+
+    A joint's contribution is how far its significant differences move the tool, root of their squares' sum.
+    """
+    chosen = spread_rows(len(found.q), _MOST_COMPARED)
+    model = found.first
+    points, joints = skeleton(model, found.q[chosen])
+    T = np.asarray(model.core.base_and_tool(model.core.nominal)[0])
+    points = (points - from_si(T[:3, 3], "mm")) @ T[:3, :3]
+    square = np.zeros(model.joint_count)
+    for m in moved:
+        for i in range(model.joint_count):
+            if m.parameter.owner == joint_name(i) and m.is_significant:
+                square[i] += m.size**2
+    contributed = np.sqrt(square) if square.any() else None
+    labels = [_("posture {number}", number=int(k) + 1) for k in chosen]
+    arm = Arm(points, joints, contributed, [(0, int(k)) for k in chosen], labels)
+    return np.asarray(from_si(found.points[chosen], "mm")), np.asarray(from_si(found.apart[chosen], "mm")), arm
+
+
+def accepted_arm(found: Acceptance) -> tuple[Array, Array, Arm]:
+    """Commanded points, the mean of what was attained less them (K, 3) [mm], and the arm there, in its base."""
+    model, test = found.model, found.campaign
+    q = np.array([test.data.q[station.rows[0]] for station in test.stations])
+    points, joints = skeleton(model, q)
+    T = np.asarray(model.core.base_and_tool(model.core.nominal)[0])
+    points = (points - from_si(T[:3, 3], "mm")) @ T[:3, :3]
+    off = np.array([test.errors(k).mean(axis=0) for k in range(len(test.stations))])
+    labels = [f"{station.pose} {station.direction}".strip() for station in test.stations]
+    arm = Arm(points, joints, None, [(0, k) for k in range(len(labels))], labels)
+    return np.asarray(from_si(test.commanded, "mm")), np.asarray(from_si(off, "mm")), arm
 
 
 def skeleton(robot: Robot, q: Array) -> tuple[Array, list[int]]:

@@ -33,7 +33,7 @@ def kind_table(parts: Sequence[tuple[str, Evaluation]]) -> Table | None:
     """Errors of every kind of reading on each set, each in its unit; None where only points were measured."""
     if all(name == POINTS for _set, part in parts for name in part.kinds):
         return None
-    columns = [Column("", numeric=False), Column(_("Unit"), numeric=False), Column(_("Readings"))]
+    columns = [Column(_("What"), numeric=False), Column(_("Unit"), numeric=False), Column(_("Readings"))]
     columns += [Column(title) for title in (_("RMS before"), _("RMS after"), _("Max after"))]
     groups = []
     for title, part in parts:
@@ -61,7 +61,7 @@ def accuracy_table(sets: list[Rows]) -> Table:
     """Mean, std, RMS and maximum of the error before and after on each set, and the share that remains."""
     unit = sets[0].unit
     titles = (f"{title} ({unit})" for title in (_("Mean"), _("Std"), "RMS", "Max"))
-    columns = [Column("", numeric=False), Column(_("Poses")), *(Column(title) for title in titles)]
+    columns = [Column(_("State"), numeric=False), Column(_("Poses")), *(Column(title) for title in titles)]
     groups = []
     for rows in sets:
         before, after = ([float(getattr(state, name)) for name in _STATISTICS] for state in (rows.before, rows.after))

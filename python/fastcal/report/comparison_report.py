@@ -8,12 +8,14 @@ import numpy as np
 
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.differences import Difference
-from fastcal.report import charts, figures, page
+from fastcal.report import charts, figures, page, workspace
 from fastcal.report import monitoring_figures as drawings
+from fastcal.report.arm import compared_arm
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import fixed, significant, with_uncertainty
 from fastcal.report.language import _, in_language
-from fastcal.report.sections import Section, bare, p_text
+from fastcal.report.parameter_sizes import differences_at_tool, sizes_figure
+from fastcal.report.sections import Section, bare, p_text, present
 from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
 from fastcal.robot.robot import Robot
@@ -30,6 +32,11 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
         columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B less A")), Column("±")]
         columns += [Column(_("Unit"), numeric=False), Column(_("p-value")), Column(_("Significant"), numeric=False)]
         rows = [_difference(d) for d in found.parameters]
+        moved = differences_at_tool(found)
+        sized = sizes_figure(moved, compared=True)
+        positions, apart, arm = compared_arm(found, moved)
+        told = _("Each arrow goes from the point of A towards that of B, in the base, enlarged as the button says.")
+        drawn = workspace.scene(positions, apart, None, np.zeros(3), _("the base"), arm, told=told)
         shares = [(_("distance"), from_si(found.distance, "mm"), figures.AFTER, "solid")]
         return page.render(
             "monitoring.html",
@@ -51,6 +58,7 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
             ],
             sections=[
                 Section("tool", _("At the tool"), drawings=[drawings.heat_map(found), _share(shares)]),
+                Section("workspace", _("Where in the workspace"), drawings=[drawn], on_paper=False),
                 Section(
                     "parameters",
                     _("Parameters"),
@@ -58,6 +66,7 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                         "B is written in A's gauge: what no measurement shows is no difference. Base and tool are "
                         "left out."
                     ),
+                    drawings=present(sized),
                     tables=[Table(_("Parameters"), columns, [Group(rows)], True)],
                 ),
                 Section(

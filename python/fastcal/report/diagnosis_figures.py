@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.diagnosis.reasons import Reason
-from fastcal.report import figures
+from fastcal.report import figures, shop
+from fastcal.report.diagnosis_tables import Smallest
 from fastcal.report.diagnosis_words import reason_in_brief, spoken
 from fastcal.report.figures import Figure, Key, Trace
-from fastcal.report.formatting import alike, fixed, percent
+from fastcal.report.formatting import alike, fixed, percent, significant
 from fastcal.report.tables import capitalised, unit_text
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 
 TAKEN = "#009e73"
 _MOST_ALTERNATIVES = 8
+_MOST_LIMITS = 16
 _BAND = [[0.0, "#ffffff"], [0.5, "#dbe7ee"], [0.8, "#8fb8cf"], [0.95, "#e09f3e"], [1.0, "#a11d1d"]]
 
 
@@ -129,6 +131,58 @@ def alternatives(found: Diagnosis) -> Figure | None:
     )  # fmt: skip
 
 
+def limits(kinds: Sequence[Smallest]) -> Figure | None:
+    """How small an effect would have shown, over its usual size: a bar an effect, from its best place to its worst.
+
+    Left of 1 a usual size would have been noticed four times in five.
+    """
+    known = sorted((kind for kind in kinds if kind.ratios), key=lambda kind: max(kind.ratios))
+    if not known:
+        return None
+    shown = known[-_MOST_LIMITS:]
+    looks: tuple[tuple[Key, Callable[[list[float]], bool]], ...] = (
+        (Key("shows everywhere", TAKEN, "solid"), lambda r: max(r) <= 1),
+        (Key("hides at some places", figures.COMPONENT_COLOURS[0], "solid"), lambda r: min(r) <= 1 < max(r)),
+        (Key("hides everywhere", figures.BEFORE, "solid"), lambda r: min(r) > 1),
+    )
+    traces, key = [], []
+    for entry, fits in looks:
+        some = [kind for kind in shown if fits(kind.ratios)]
+        if not some:
+            continue
+        x = [end for kind in some for end in (min(kind.ratios), max(kind.ratios), None)]
+        y = [place for kind in some for place in (kind.name, kind.name, None)]
+        text = [
+            f"{significant(end, 2)} times the usual {shop.size_text(kind.unit, kind.typical or 0)}" if end else ""
+            for kind in some
+            for end in (min(kind.ratios), max(kind.ratios), None)
+        ]
+        bar = figures.line(x, y, entry.colour, hover="%{y}: %{text}", mode="lines+markers", text=text)
+        traces.append(bar | {"line": {"color": entry.colour, "width": 9}, "marker": {"color": entry.colour, "size": 9}})
+        key.append(entry)
+    names = [kind.name for kind in shown]
+    traces.append(figures.line([1, 1], [names[0], names[-1]], figures.INK, "dash"))
+    key.append(Key("usual size", figures.INK, "dash"))
+    drawn = figures.layout(
+        "smallest size that would have shown / usual size, logarithmic", "",
+        xaxis={"type": "log", "dtick": 1, "exponentformat": "none"},
+        yaxis={
+            "type": "category", "automargin": True, "nticks": 0, "dtick": 1, "categoryorder": "array",
+            "categoryarray": names,
+        },
+        margin={"l": 120},
+    )  # fmt: skip
+    hidden = sum(max(kind.ratios) > 1 for kind in known)
+    alt = (
+        f"Smallest size of each effect that would have shown, over its usual size; of {hidden} a usual size could hide."
+    )
+    note = "" if len(known) == len(shown) else f"The {len(shown)} that hide best of {len(known)} are drawn."
+    return Figure(
+        "limits", "How small it could have been and still have shown", alt, traces, drawn, note, key=key,
+        height=80 + 22 * len(shown), paper_height=60 + 15 * len(shown),
+    )  # fmt: skip
+
+
 def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[int]) -> Figure:
     """How alike the signatures of causes are in these data: |correlation| (n, n); boxed: those that are given."""
     n = len(names)
@@ -143,7 +197,7 @@ def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[in
         "type": "scatter", "mode": "text", "hoverinfo": "skip",
         "x": [x for _, x in cells], "y": [y for y, _ in cells],
         "text": [fixed(float(np.floor(100 * size[cell] + 1e-9)) / 100, 2).removeprefix("0") for cell in cells],
-        "textfont": {"size": 11, "color": ["#fff" if size[cell] > 0.97 else figures.INK for cell in cells]},
+        "textfont": {"size": 11, "color": ["#fefefe" if size[cell] > 0.97 else figures.INK for cell in cells]},
     }  # fmt: skip
     numbers, spelled = [str(k + 1) for k in range(n)], [capitalised(name) for name in names]
     ticks = {"tickvals": list(range(n)), "ticktext": numbers, "showgrid": False, "side": "top"}

@@ -123,6 +123,7 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
     if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
     state = found.final
+    kinds = diagnosis_tables.smallest_by_kind(found)
     return page.render(
         "diagnosis.html",
         title=f"Diagnosis of {found.model.name}",
@@ -153,7 +154,8 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         confusion=confusion_figure(found),
         columns=columns_of(found.train.data),
         untestable=diagnosis_tables.untestable_table(found),
-        smallest=diagnosis_tables.smallest_table(found),
+        smallest=diagnosis_tables.smallest_table(kinds),
+        limits=diagnosis_figures.limits(kinds),
         pairs=_pairs(train, geometry, changed=len(found.steps) > 1),
         components=charts.component_key(train.components) if train else [],
         trend_note=residual_figures.drawn_note(train.row_count) if train else "",

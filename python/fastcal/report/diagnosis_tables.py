@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -37,29 +38,70 @@ def ranking_table(found: Diagnosis) -> Table:
     return Table("Causes by what each alone explains", columns, [Group(rows)], is_sortable=True)
 
 
-def smallest_table(found: Diagnosis) -> Table:
-    """By effect: the smallest size that would have shown, where it shows best and worst, and a usual size."""
+@dataclass(frozen=True)
+class Smallest:
+    """What would have shown of one number of an effect, over the places that it may have.
+
+    Attributes:
+        effect: Its name; kind: the number, in words.
+        members: The smallest size at each place.
+        unit: Of these sizes.
+        typical: The largest usual size; None where none is known.
+        usual: The usual size at each place, None where none is known.
+    """
+
+    effect: str
+    kind: str
+    members: list[DetectableEffect]
+    unit: str
+    typical: float | None
+    usual: list[float | None]
+
+    @property
+    def ratios(self) -> list[float]:
+        """The smallest size that shows over the usual one, at each place that has one."""
+        return [s.value / usual for s, usual in zip(self.members, self.usual, strict=True) if usual]
+
+    @property
+    def hidden(self) -> list[str]:
+        """Places where even a usual size could hide."""
+        return [s.owner for s, usual in zip(self.members, self.usual, strict=True) if usual and s.value > usual]
+
+    @property
+    def name(self) -> str:
+        """Effect and number, as they are printed."""
+        return f"{capitalised(self.effect.replace('_', ' '))}, {self.kind}"
+
+
+def smallest_by_kind(found: Diagnosis) -> list[Smallest]:
+    """The smallest effects that would have shown, by effect and number."""
     usual = _usual_sizes(found)
-    columns = [Column("Effect", numeric=False), Column("Number", numeric=False), Column("Shows best")]
-    columns += [Column("Shows worst"), Column("Usual size"), Column("A usual size could hide at", numeric=False)]
-    rows = []
+    out = []
     for (effect, kind), group in groupby(sorted(found.smallest, key=_kind), key=_kind):
         members = list(group)
         unit = shop.split_name(members[0].parameter.partition(" of ")[0])[1]
-        best, worst = (pick(members, key=lambda s: s.value) for pick in (min, max))
-        typical = max((usual[s.effect, s.owner, _plain(s)] for s in members if (s.effect, s.owner, _plain(s)) in usual),
-                      default=None)  # fmt: skip
-        hidden = [
-            s.owner for s in members if s.value > usual.get((s.effect, s.owner, _plain(s)), float("inf"))
-        ]  # fmt: skip
+        sizes = [usual.get((s.effect, s.owner, _plain(s))) for s in members]
+        known = [size for size in sizes if size is not None]
+        out.append(Smallest(effect, kind, members, unit, max(known, default=None), sizes))
+    return out
+
+
+def smallest_table(kinds: list[Smallest]) -> Table:
+    """By effect: the smallest size that would have shown, where it shows best and worst, and a usual size."""
+    columns = [Column("Effect", numeric=False), Column("Number", numeric=False), Column("Shows best")]
+    columns += [Column("Shows worst"), Column("Usual size"), Column("A usual size could hide at", numeric=False)]
+    rows = []
+    for of in kinds:
+        best, worst = (pick(of.members, key=lambda s: s.value) for pick in (min, max))
+        several = len({s.owner for s in of.members}) > 1
         rows.append(
             [
-                Cell(capitalised(effect.replace("_", " "))),
-                Cell(kind),
-                Cell(_at(best, unit, len({s.owner for s in members}) > 1)),
-                Cell(_at(worst, unit, True) if worst.owner != best.owner else ""),
-                Cell("" if typical is None else shop.size_text(unit, typical)),
-                Cell(owners_text(hidden)),
+                Cell(capitalised(of.effect.replace("_", " "))),
+                Cell(of.kind),
+                Cell(_at(best, of.unit, several)),
+                Cell(_at(worst, of.unit, True) if worst.owner != best.owner else ""),
+                Cell("" if of.typical is None else shop.size_text(of.unit, of.typical)),
+                Cell(owners_text(of.hidden)),
             ]
         )
     return Table("Smallest effects that these data would have shown", columns, [Group(rows)])

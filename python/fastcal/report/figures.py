@@ -23,6 +23,14 @@ INK, MUTED, GRID, AXIS = "#1d2731", "#5b6770", "#e3e8ec", "#aab4bd"
 BEFORE, AFTER, ALERT = "#8d99a5", "#0b5f8a", "#b3261e"
 COMPONENT_COLOURS = ("#d55e00", "#009e73", "#0072b2", "#a14a82")
 COMPONENT_DASHES = ("solid", "dash", "dot", "dashdot")
+# What page.js puts in place of colours where the reader prefers a dark screen; all others are right on both.
+DARK = {
+    "#fff": "#12181e", "#ffffff": "#1b232b", "rgba(255,255,255": "rgba(18,24,30",
+    INK: "#e4e9ed", MUTED: "#a5b1bb", GRID: "#2a343d", AXIS: "#56636e",
+    BEFORE: "#98a5b1", AFTER: "#5fb0dc", ALERT: "#f2887e",
+    "#d55e00": "#ef8a3c", "#009e73": "#2fc498", "#0072b2": "#4fa8e0", "#a14a82": "#d58aba",
+    "#dbe7ee": "#24343f", "#8fb8cf": "#3d6580", "#f2f6f9": "#24343f", "#5f7180": "#90a4b3",
+}  # fmt: skip
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 
 
@@ -57,6 +65,8 @@ class Figure:
         names: What the numbers on a narrow figure's axes stand for, from 1.
         links: Where a click on the k-th line of a matrix leads: ids of the page.
         postures: Of a scene with an arm: what its slider shows in each position, see `workspace.scene`.
+        rows: Of a panel whose `traces` have a point a row of the training data, its number as customdata: a click
+            chooses the row everywhere, and the trace `mark` shows what was chosen elsewhere.
     """
 
     id: str
@@ -77,6 +87,7 @@ class Figure:
     names: list[str] = field(default_factory=list)
     links: list[str] = field(default_factory=list)
     postures: dict[str, Any] = field(default_factory=dict)
+    rows: dict[str, Any] = field(default_factory=dict)
 
 
 def marked(figure: Figure, badge: str, weight: int) -> Figure:

@@ -21,7 +21,7 @@ import numpy as np
 from markupsafe import Markup
 
 import fastcal
-from fastcal.report import formatting
+from fastcal.report import figures, formatting
 from fastcal.report.language import _, language
 
 
@@ -34,6 +34,7 @@ def render(template: str, **context: Any) -> str:
         script=Markup(source),  # noqa: S704  our own file
         style=Markup(style),  # noqa: S704  our own file
         plotly=_plotly_base64(),
+        dark=figures.DARK,
         version=fastcal.__version__,
         date=datetime.now(timezone.utc).date().isoformat(),
         language=language.get(),

@@ -4,15 +4,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.result import IdentifiedParameter
 from fastcal.effects.entries import edge_name
 from fastcal.effects.values import polar_pairs
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
@@ -22,8 +25,8 @@ from fastcal.report.tables import capitalised, in_words
 from fastcal.units import factor, from_si
 
 if TYPE_CHECKING:
-    from fastcal.calibration.result import CalibrationResult, IdentifiedParameter
-    from fastcal.measurements.dataset import Dataset
+    from fastcal.calibration.result import CalibrationResult
+    from fastcal.monitoring.compare import Comparison
     from fastcal.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -60,9 +63,27 @@ def moved_at_tool(result: CalibrationResult) -> list[Moved]:
     the parameter; what several parameters do together is not the sum of it. Phases and parameters on a bound, which
     have no symmetric deviation, are left out.
     """
-    slopes = dict(_slopes(result.model, result.train.data))
+    return _moved(result.parameters, dict(_slopes(result.model, result.train.data)))
+
+
+def differences_at_tool(found: Comparison) -> list[Moved]:
+    """The same of the differences between two models, of the parameters that both have, over the postures compared."""
+    both = [
+        IdentifiedParameter(d.name, d.owner, d.b, d.std, d.unit, d.a)
+        for d in found.parameters
+        if d.a is not None and d.b is not None
+    ]
+    at = Dataset(found.q, found.payload, position=found.points)
+    try:
+        slopes = dict(_slopes(found.first, at))
+    except InvalidInput:  # an effect of the model wants a column that postures alone do not have
+        return []
+    return _moved(both, slopes)
+
+
+def _moved(parameters: Sequence[IdentifiedParameter], slopes: Mapping[tuple[str, str], float]) -> list[Moved]:
     found = []
-    for p in result.parameters:
+    for p in parameters:
         slope = slopes.get((p.owner, p.name))
         if slope is not None and p.std is not None and p.owner not in _PLACED:
             per_unit = float(from_si(slope, "mm")) * factor(p.unit)
@@ -92,8 +113,11 @@ def _slopes(model: Robot, data: Dataset) -> Iterator[tuple[tuple[str, str], floa
         yield (parameter.owner, name), float(np.sqrt(np.mean(np.sum(column**2, axis=1))))
 
 
-def sizes_figure(moved: list[Moved]) -> Figure | None:
-    """A dot a parameter with its 95 % interval, in mm at the tool; None where there are none."""
+def sizes_figure(moved: list[Moved], *, compared: bool = False) -> Figure | None:
+    """A dot a parameter with its 95 % interval, in mm at the tool; None where there are none.
+
+    compared: The changes are from one model to another, not from nominal.
+    """
     if not moved:
         return None
     shown = moved[:MOST][::-1]
@@ -123,11 +147,12 @@ def sizes_figure(moved: list[Moved]) -> Figure | None:
         name=largest.name, size=significant(abs(largest.size), 2),
     )  # fmt: skip
     note = "" if len(moved) <= MOST else _("The {some} first of {all} are drawn.", some=MOST, all=len(moved))
+    title = _("What the differences move at the tool") if compared else _("What the changes move at the tool")
     key = [
         Key(_("significant (95 %)"), figures.AFTER, "point"),
-        Key(_("not told apart from nominal"), figures.BEFORE, "point"),
+        Key(_("within noise") if compared else _("not told apart from nominal"), figures.BEFORE, "point"),
     ]
     return Figure(
-        "sizes", _("What the changes move at the tool"), alt, traces, drawn, note,
+        "sizes", title, alt, traces, drawn, note,
         height=70 + 22 * len(shown), paper_height=60 + 14 * len(shown), key=key,
     )  # fmt: skip

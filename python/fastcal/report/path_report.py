@@ -46,7 +46,7 @@ def path_page(found: PathAccuracy, robot_name: str, targets_name: str = "") -> s
 
 
 def _table(found: PathAccuracy) -> Table:
-    columns = [Column("", numeric=False), *(Column(f"{name} (mm)") for name in ("mean", "RMS", "largest"))]
+    columns = [Column("program", numeric=False), *(Column(f"{name} (mm)") for name in ("mean", "RMS", "largest"))]
     columns.append(Column("path accuracy, ISO 9283 (mm)"))
     rows = []
     known = _sigma_mm(found)

@@ -89,7 +89,21 @@ def _panel(rows: Rows, variable: Variable, trends: dict[str, Trend], y_range: fl
     key = charts.component_key(rows.components)
     shown = figures.spread_rows(rows.row_count, POINT_LIMIT)
     panel = charts.trend_panel(variable.name, titles, variable.values, rows.residual, key, y_range, shown, rows.unit)
-    return figures.marked(panel, badge, weight)
+    return figures.marked(_linked(panel, rows, shown), badge, weight)
+
+
+def _linked(panel: figures.Figure, rows: Rows, shown: NDArray[np.intp]) -> figures.Figure:
+    """The panel whose points, the first traces, choose their rows, and with a mark for the row that is chosen."""
+    own = list(range(rows.residual.shape[1]))
+    hover = {"hovertemplate": _("row %{{customdata}}: %{{y:.3g}} {unit}", unit=rows.unit) + "<extra></extra>"}
+    traces = [
+        {key: value for key, value in trace.items() if key != "hoverinfo"} | hover | {"customdata": rows.numbers[shown]}
+        if place in own
+        else trace
+        for place, trace in enumerate(panel.traces)
+    ]
+    mark = figures.points([], [], figures.INK, 10, symbol="circle-open", line={"width": 2})
+    return replace(panel, traces=[*traces, mark], rows={"traces": own, "mark": len(traces)})
 
 
 def drawn_note(shown_count: int, row_count: int = 0) -> str:

@@ -46,7 +46,7 @@ class Variable:
     @property
     def label(self) -> str:
         """Title and unit, as an axis has them."""
-        return f"{self.title} ({self.unit})"
+        return f"{self.title} ({self.unit})" if self.unit else self.title
 
 
 @dataclass(frozen=True)

@@ -85,6 +85,7 @@ def scene(
     frame: str,
     arm: Arm | None = None,
     always: Sequence[int] = (),
+    told: str = "",
 ) -> Figure:
     """The 3D view; positions and errors (N, 3) in mm in `frame`, base (3,) in mm, drawn where it is near.
 
@@ -92,10 +93,11 @@ def scene(
         positions: Where arrows begin.
         before: Errors before the calibration.
         after: Errors after it; None: `before` are those of now.
-        base: Of the robot.
+        base: Of the robot; an arm is always drawn from it.
         frame: In words.
         arm: The arm in these N postures; a slider goes through them.
         always: Rows (of N) that are drawn however many there are.
+        told: What an arrow is, where it goes not from the measured to the predicted point.
     """
     row_count = len(positions)
     shown = np.union1d(figures.spread_rows(row_count, ARROW_LIMIT), np.asarray(always, dtype=np.intp)[:ARROW_LIMIT])
@@ -107,7 +109,7 @@ def scene(
         traces += _arrows_3d(positions[shown], mode.vectors[shown], mode, visible=place == 0)
         label = f"{mode.label} {_times(mode.scale)}"
         controls.append({"label": label, "traces": [first, first + 1], "selected": place == 0})
-    shown_base = base if base is not None and _is_near(base, positions) else None
+    shown_base = base if base is not None and (arm is not None or _is_near(base, positions)) else None
     if shown_base is not None:
         traces.append(_base(shown_base))
     postures: dict[str, Any] = {}
@@ -132,7 +134,7 @@ def scene(
             **{f"{name}axis": _axis_3d(f"{name} (mm)", limits[k]) for k, name in enumerate("xyz")},
         },
     }
-    note = _(
+    note = told or _(
         "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says; arrows "
         "are clipped at the box.",
         frame=frame,
@@ -267,6 +269,10 @@ def _postures(arm: Arm, positions: Array, worst: int) -> dict[str, Any]:
         "measured": _coordinates(positions),
         "labels": arm.labels,
         "rows": [f"{of}:{row}" for of, row in arm.rows],
+        "filters": [
+            {"label": v.label, "values": v.values, "texts": list(arm.stations) if v.name == "station" else []}
+            for v in arm.variables
+        ],
     }
 
 

@@ -18,7 +18,7 @@ from fastcal.units import from_si
 
 ARM = "ur5e"
 HEAD = "# A simulation by fastcal studio --demo: no real arm was measured.\n"
-ROWS, FLEET = 60, 6
+ROWS, FLEET = 60, 20
 NOISE_M = 3e-5
 COMPLIANCE = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 4e-6}}
 PROGRAM = """def demo():

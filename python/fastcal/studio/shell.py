@@ -30,6 +30,7 @@ EVERY = 0.3  # [s] between looks at work in the background
 def add_pages(studio: Studio) -> None:
     """Registers a page a screen."""
     ui.add_css(_STYLE, shared=True)
+    ui.add_head_html(f"<script>{_FOR_ALL}</script>", shared=True)
     for address, title, _, purpose, module in SCREENS:
         ui.page(address, title=f"{title} · fastcal studio")(_page(studio, address, title, purpose, module))
 
@@ -124,9 +125,31 @@ _STYLE = """
 .studio-screen:hover { background: rgba(127, 127, 127, .15); }
 .studio-chosen { background: rgba(31, 95, 139, .18); font-weight: 600; }
 .studio-command { background: rgba(127, 127, 127, .12); border-radius: .4rem; padding: .3rem .6rem; }
-.body--dark .text-primary { color: #7fb6dc !important; }
-.body--dark .text-positive { color: #74c894 !important; }
-.body--dark .text-negative { color: #f2938c !important; }
-.body--dark .text-warning { color: #e0b050 !important; }
+/* Quasar's colours stand in a layer and are important: only their variables can be set from here. */
+.body--dark .text-primary { --q-primary: #7fb6dc; }
+.body--dark .text-positive { --q-positive: #74c894; }
+.body--dark .text-negative { --q-negative: #f2938c; }
+.body--dark .text-warning { --q-warning: #e0b050; }
+a.nicegui-link { color: #1f5f8b; }
+.body--dark a.nicegui-link { color: #7fb6dc; }
 .studio-number { font-size: 1.7rem; font-variant-numeric: tabular-nums; line-height: 1.1; }
+"""
+
+# What NiceGUI leaves out for those who use a keyboard or a screen reader: the language of the page, and a place to drop
+# files whose button hides the field: the field takes the keyboard and says what it is for. The line that runs while
+# files are loaded says nothing.
+_FOR_ALL = """
+document.documentElement.lang = "en";
+const reachable = () => {
+  for (const bar of document.querySelectorAll(".q-loading-bar:not([aria-hidden])")) bar.ariaHidden = "true";
+  for (const field of document.querySelectorAll(".q-uploader input[type=file]")) {
+    if (field.tabIndex === 0) continue;
+    field.tabIndex = 0;
+    field.setAttribute("aria-label", field.closest(".q-uploader").querySelector(".q-uploader__title").textContent);
+    const button = field.closest("a.q-btn");
+    button.removeAttribute("tabindex");
+    button.removeAttribute("role");
+  }
+};
+new MutationObserver(reachable).observe(document.documentElement, { childList: true, subtree: true });
 """

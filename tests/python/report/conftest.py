@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -144,3 +146,26 @@ def make_result() -> MakeResult:
         return CalibrationResult(**content | changes)
 
     return make
+
+
+@pytest.fixture
+def fit_for_all(chromium: Any, accessible: Callable[[Any], None], tmp_path: Path) -> Callable[[str], None]:
+    """Asserts of a page: nothing serious for axe-core, a quiet console, no sideways scrolling; light, dark, phone."""
+
+    def check(document: str) -> None:
+        file = tmp_path / "page.html"
+        file.write_text(document, encoding="utf-8")
+        for scheme, width in (("light", 1400), ("dark", 1400), ("dark", 400)):
+            context = chromium.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+            page = context.new_page()
+            said: list[str] = []
+            page.on("console", lambda message, said=said: said.append(message.text))
+            page.on("pageerror", lambda error, said=said: said.append(str(error)))
+            page.goto(file.as_uri())
+            page.locator('body[data-state="ready"]').wait_for(timeout=120_000)
+            assert [text for text in said if "Canvas2D" not in text] == []
+            assert page.evaluate("document.documentElement.scrollWidth") == width
+            accessible(page)
+            context.close()
+
+    return check

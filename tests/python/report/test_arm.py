@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.report.arm import contributions, skeleton
+from fastcal.report.arm import compared_arm, contributions, skeleton
+from fastcal.report.parameter_sizes import differences_at_tool
 
 UR10 = fastcal.load_robot("ur10")
 Q = np.random.default_rng(4).uniform(-2, 2, (40, 6))
@@ -59,3 +60,22 @@ def test_a_contribution_is_how_far_the_tool_moves_with_the_one_joint_as_it_was()
 def test_other_kinematics_are_not_compared() -> None:
     data = fastcal.simulate(UR10, Q)
     assert contributions(fastcal.Robot(fastcal.convert(UR10, "poe").spec), UR10, data) is None
+
+
+def test_two_models_are_drawn_in_the_base_of_the_first() -> None:
+    placed = {"xyz_mm": [900.0, -400.0, 300.0], "rpy_deg": [10.0, -20.0, 70.0]}
+    first = fastcal.Robot({**UR10.spec, "base": placed})
+    second = fastcal.Robot({**changed(2, "a_mm", 0.5).spec, "base": placed})
+    found = fastcal.compare(first, second)
+    positions, apart, arm = compared_arm(found, differences_at_tool(found))
+    np.testing.assert_allclose(arm.points[:, -1], positions, atol=1e-6)
+    np.testing.assert_allclose(arm.points[:, 0], 0, atol=1e-6)
+    shown = [row for _set, row in arm.rows]
+    np.testing.assert_allclose(np.linalg.norm(apart, axis=1), 1e3 * found.distance[shown], rtol=1e-9)
+    assert 0.1 < np.linalg.norm(apart, axis=1).max() < 0.6
+    # At the postures the second model, its base fitted, is where the arrows end.
+    ends = (positions + apart) / 1e3
+    there = fastcal.Robot(changed(2, "a_mm", 0.5).spec).forward(found.q[shown])[:, :3, 3]
+    left = ends - there
+    left -= left.mean(axis=0)
+    assert np.linalg.norm(left, axis=1).max() < 3e-4

@@ -6,12 +6,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.report import calibration_page
+from fastcal.report.figures import DARK, INK
 
 MakeResult = Callable[..., CalibrationResult]
 
@@ -122,6 +124,57 @@ def test_the_slider_and_an_outlying_row_move_the_arm(browser: Any, page: str) ->
     assert slid["end"] != pytest.approx(clicked["end"], abs=2.0)
 
 
+def test_a_row_is_chosen_everywhere(browser: Any, page: str) -> None:
+    """A click on an outlier marks its points in the panels; a click on a panel's point moves the arm."""
+    script = """
+      const wait = () => new Promise((done) => setTimeout(done, 300));
+      const plot = document.querySelector("#figure-trend-q1 .plot");
+      const mark = () => plot.data[plot.data.length - 1];
+      const line = [...document.querySelectorAll("#outlier-table tr[data-row]")]
+        .find((each) => [...plot._fullData[0].customdata].includes(Number(each.dataset.row.split(":")[1])));
+      const row = line ? Number(line.dataset.row.split(":")[1]) : null;
+      const place = [...plot._fullData[0].customdata].indexOf(row);
+      if (line) line.click();
+      await wait();
+      const seen = [place, mark().x.length, [...mark().y], [0, 1, 2].map((t) => plot._fullData[t].y[place])];
+      plot.emit("plotly_click", { points: [{ curveNumber: 1, customdata: plot._fullData[1].customdata[0] }] });
+      await wait();
+      return [...seen, document.querySelector(".posture output").textContent, mark().x[0], plot._fullData[0].x[0]];"""
+    place, count, marked, there, said, x, first = browser.probe(page, script, *browser.software_gl)
+    assert place >= 0
+    assert count == 3
+    assert marked == pytest.approx(there)
+    assert said == "Training, row 0"
+    assert x == pytest.approx(first)
+
+
+def test_the_filter_leaves_the_poses_of_a_range(browser: Any, page: str) -> None:
+    script = """
+      const figure = document.getElementById("figure-workspace");
+      const plot = figure.querySelector(".plot");
+      const [choice, said] = [figure.querySelector(".filter select"), figure.querySelector(".filter output")];
+      const [from, to] = figure.querySelectorAll(".filter input");
+      const left = (t) => [...plot._fullData[t].x].filter(Number.isFinite).length;
+      const all = [left(0), left(1)];
+      choice.value = [...choice.options].find((each) => each.textContent.startsWith("joint 2")).value;
+      choice.dispatchEvent(new Event("change"));
+      const whole = said.textContent;
+      to.value = (Number(from.min) + Number(from.max)) / 2;
+      to.dispatchEvent(new Event("input"));
+      await new Promise((done) => setTimeout(done, 300));
+      const some = [left(0), left(1)];
+      choice.value = ""; choice.dispatchEvent(new Event("change"));
+      await new Promise((done) => setTimeout(done, 300));
+      return [all, whole, said.textContent, some, [left(0), left(1)], from.parentElement.hidden];"""
+    all_, whole, said, some, again, hidden = browser.probe(page, script, *browser.software_gl)
+    assert whole.endswith(f": {all_[1]} of {all_[1]} poses")
+    assert said == ""
+    assert 0.3 * all_[1] < some[1] < 0.7 * all_[1]  # joints were drawn evenly
+    assert all_ == again == [5 * all_[1], all_[1]]
+    assert some[0] == 5 * some[1]  # shaft and barbs
+    assert hidden
+
+
 def test_tables_sort_within_groups_and_fold(browser: Any, page: str) -> None:
     script = """
       const table = document.getElementById("parameter-table");
@@ -196,6 +249,26 @@ def test_every_chart_has_a_text_alternative(browser: Any, page: str) -> None:
     seen = browser.probe(page, script)
     assert len(seen) >= 10
     assert all(role == "img" and length > 30 for role, length in seen)
+
+
+def test_everybody_can_use_it_in_light_and_dark(fit_for_all: Callable[[str], None], make_result: MakeResult) -> None:
+    fit_for_all(calibration_page(make_result(), simulated=True))
+
+
+def test_a_dark_screen_has_dark_drawings_and_paper_none(chromium: Any, page: str, tmp_path: Path) -> None:
+    """Every drawing takes the colours of the screen, and those of paper while it is printed."""
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    shown = chromium.new_page(color_scheme="dark")
+    shown.goto((tmp_path / "page.html").as_uri())
+    shown.locator('body[data-state="ready"]').wait_for(timeout=120_000)
+    look = """() => [...new Set([...document.querySelectorAll(".plot[data-state=drawn]")].map((plot) =>
+        [plot._fullLayout.paper_bgcolor, plot._fullLayout.font.color].join()))]"""
+    assert shown.evaluate(look) == [f"{DARK['#fff']},{DARK[INK]}"]
+    shown.evaluate("dispatchEvent(new Event('beforeprint'))")
+    shown.wait_for_function(f"({look})().join() === '#fff,{INK}'")
+    shown.evaluate("dispatchEvent(new Event('afterprint'))")
+    shown.wait_for_function(f"({look})().join() === '{DARK['#fff']},{DARK[INK]}'")
+    shown.close()
 
 
 def test_the_contents_lead_to_every_section(page: str) -> None:

@@ -24,9 +24,9 @@ from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Reason
 from fastcal.diagnosis.result import NamedValue, Unexplained
 from fastcal.diagnosis.words import reason_text, sentence_of
 from fastcal.report import diagnosis_steps, diagnosis_words, shop
-from fastcal.report.diagnosis_figures import confusion_map, waterfall
+from fastcal.report.diagnosis_figures import confusion_map, limits, waterfall
 from fastcal.report.diagnosis_report import diagnosis_page
-from fastcal.report.diagnosis_tables import owners_text
+from fastcal.report.diagnosis_tables import owners_text, smallest_by_kind
 from fastcal.report.diagnosis_words import name_in_model
 from fastcal.robot.dropped_effects import drop_effects
 from fastcal.units import shop_unit
@@ -157,6 +157,10 @@ def test_in_a_browser_every_figure_is_drawn_and_the_console_is_quiet(found: Diag
     assert 'data-state="ready"' in done.stdout
 
 
+def test_everybody_can_use_it_in_light_and_dark(found: Diagnosis, fit_for_all) -> None:
+    fit_for_all(diagnosis_page(found))
+
+
 def test_many_causes_print_on_four_sheets(browser, found: Diagnosis, tmp_path: Path) -> None:
     """The first eight with their names and sizes, the first one's figure; the screen has all."""
     (finding,) = found.effects
@@ -189,6 +193,24 @@ def test_causes_that_are_not_proved_share_a_sentence(found: Diagnosis) -> None:
     assert "consistent with joint 2: backlash (lost motion), but do not prove it." in sentence_of(
         replace(found, effects=unproven[:1])
     )
+
+
+def test_limits_are_drawn_over_usual_sizes(found: Diagnosis) -> None:
+    """A bar an effect, from the place where it shows best to the one where it shows worst."""
+    kinds = smallest_by_kind(found)
+    figure = limits(kinds)
+    assert figure is not None
+    drawn = {}
+    for trace in figure.traces[:-1]:
+        for k in range(0, len(trace["x"]), 3):
+            drawn[trace["y"][k]] = trace["x"][k : k + 2]
+    shown = [kind for kind in kinds if kind.name in drawn]
+    assert len(shown) == len(drawn) > 3
+    for kind in shown:
+        low, high = drawn[kind.name]
+        assert low == pytest.approx(min(s.value / u for s, u in zip(kind.members, kind.usual, strict=True) if u))
+        assert bool(kind.hidden) == (high > 1)
+        assert low <= high
 
 
 def test_the_waterfall_adds_up() -> None:

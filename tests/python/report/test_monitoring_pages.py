@@ -79,6 +79,19 @@ def test_pages_say_what_was_found_in_both_languages(pages) -> None:
         assert "<b>7</b>" not in document, name
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_everybody_can_use_them_in_light_and_dark(pages, fit_for_all, name: str) -> None:
+    fit_for_all(pages[name, "de"])
+
+
+def test_a_comparison_shows_the_arm_and_what_moves_the_tool(pages) -> None:
+    document = pages["comparison", "en"]
+    assert 'id="figure-workspace"' in document
+    assert "from the point of A towards that of B" in document
+    assert 'id="figure-sizes"' in document
+    assert "coloured by how far their change moves the tool (RMS): joint 3 " in document
+
+
 def test_a_german_page_has_no_english_names_and_signs(pages) -> None:
     """Sentences kept in files among them; "joint" stands in no word but in file names, of which there are none here."""
     for name in NAMES:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import functools
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,11 +16,13 @@ from typing import Any
 
 import pytest
 
+from ..conftest import assert_accessible
+
 # Where pictures of the screens are wanted, as docs/pictures/make.py wants them.
 SHOTS = os.environ.get("FASTCAL_STUDIO_SHOTS")
 # Plotly measures a chart that the page has just taken away, or has nothing to draw a scene with.
 HARMLESS = ("Resize must be passed a displayed plot div element", "WebGL")
-PATIENCE, SHORT = 120_000, 15_000  # [ms] on a busy machine
+PATIENCE, SHORT = 120_000, 15_000  # [ms] on a busy machine; the former also of the browser's start
 
 
 @dataclass
@@ -68,6 +69,7 @@ class Looker:
     page: Any
     base: str
     timeout: type[Exception]
+    axe: str | None
     foreign: list[str] = field(default_factory=list)
     said: list[str] = field(default_factory=list)
 
@@ -110,6 +112,19 @@ class Looker:
     def drop(self, name: str, *files: Path) -> None:
         self.get(f"drop-{name}").locator("input[type=file]").set_input_files([str(file) for file in files])
 
+    def everybody(self) -> None:
+        """What is shown can be used by everybody, in light and dark, as far as axe-core is there to say so."""
+        if self.axe is None:
+            return
+        for scheme in ("light", "dark"):
+            self.page.emulate_media(color_scheme=scheme)
+            self.page.wait_for_function(
+                f"document.body.classList.contains('body--dark') === {str(scheme == 'dark').lower()}"
+            )
+            self.page.wait_for_timeout(500)  # colours change slowly
+            assert_accessible(self.page, self.axe)
+        self.page.emulate_media(color_scheme="light")
+
     def picture(self, name: str) -> None:
         if SHOTS:
             self.page.wait_for_timeout(1500)
@@ -135,31 +150,12 @@ def studio_in() -> Any:
     return start
 
 
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """Debian's Chromium, driven by Playwright."""
-    playwright = pytest.importorskip("playwright.sync_api")
-    command = shutil.which("chromium") or shutil.which("google-chrome")
-    if command is None:
-        if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
-            pytest.fail("no chromium on this machine (Debian: apt-get install chromium)")
-        pytest.skip("no chromium on this machine")
-    # Drawn in software, scenes in space cost more than all else: only where somebody will look at them.
-    drawn = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-    flags = ["--no-sandbox", *(drawn if SHOTS else ["--disable-gpu", "--disable-3d-apis"])]
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=command, args=flags, timeout=PATIENCE)
-        browser.timeout = playwright.TimeoutError
-        yield browser
-        browser.close()
-
-
 @pytest.fixture(scope="module")
-def look(chromium: Any, studio: Any) -> Iterator[Looker]:
+def look(chromium: Any, axe: str | None, studio: Any) -> Iterator[Looker]:
     """The browser at the module's studio; at the end it has asked nobody else, and its console is clean."""
-    context = chromium.new_context(viewport={"width": 1300, "height": 850})
+    context = chromium.new_context(viewport={"width": 1300, "height": 850}, bypass_csp=True)
     context.set_default_timeout(PATIENCE)
-    looker = Looker(context.new_page(), studio.base, chromium.timeout)
+    looker = Looker(context.new_page(), studio.base, chromium.timeout, axe)
     looker.watch()
     looker.page.goto(studio.address)
     yield looker

@@ -73,6 +73,7 @@ def test_arm_sliders_move_the_skeleton(look: Any, studio: Any) -> None:
     look.choose("Arm", "franka_panda")
     look.get("slider-7").wait_for()
     look.picture("studio-arm")
+    look.everybody()
 
 
 @patiently
@@ -107,6 +108,28 @@ def repeat(line: str, folder: Path) -> None:
 
 
 @patiently
+def test_what_tells_causes_apart_leads_to_the_plan(look: Any, studio: Any) -> None:
+    """Of a diagnosis that names poses: they are the plan then."""
+    project = Project(studio.folder)
+    there = project.path("diagnosis")
+    there.mkdir(exist_ok=True)
+    asked = fastcal.random_poses(project.robot(), 7, seed=3)
+    data = fastcal.Dataset.from_arrays(asked)
+    fastcal.write_measurements(there / "next_poses.csv", data, project.robot().joint_types)
+    project.robot().save(there / "model.yaml")
+    (there / "report.html").write_text("<!DOCTYPE html><html lang='en'><title>x</title><h1>x</h1></html>")
+    (studio.folder / "measurements.csv").write_bytes((studio.folder / "fleet_data" / "cell_1.csv").read_bytes())
+    look.go("/result")
+    look.get("tell-apart").click()
+    look.page.wait_for_url("**/plan")
+    look.get("drivable").wait_for()
+    planned = fastcal.load_measurements(project.path("plan/poses.csv"), project.robot(), require_measured=False)
+    np.testing.assert_allclose(planned.q, asked, atol=1e-8)
+    for name in ("report.html", "next_poses.csv", "model.yaml"):
+        (there / name).unlink()
+
+
+@patiently
 def test_program_before_and_after(look: Any, studio: Any) -> None:
     look.go("/program")
     assert look.page.get_by_text("There is no calibrated model yet").is_visible()
@@ -118,6 +141,7 @@ def test_program_before_and_after(look: Any, studio: Any) -> None:
     look.get("taken").filter(has_text="4 targets").wait_for()
     assert "movej" in look.get("difference").inner_text()
     look.picture("studio-program")
+    look.everybody()
     written = (studio.folder / "programs" / "demo.script").read_text()
     assert written != (studio.folder / "inputs" / "demo.script").read_text()
     with page.expect_download() as loaded:
@@ -135,8 +159,9 @@ def test_fleet_matrix(look: Any, studio: Any) -> None:
     look.go("/fleet")
     look.get("run-fleet").click()
     look.get("matrix").wait_for()
-    assert look.get("arm-link").count() == 6
+    assert look.get("arm-link").count() == 20
     look.picture("studio-fleet")
+    look.everybody()
     page = look.page.context.new_page()
     page.goto(studio.base + look.get("arm-link").first.get_attribute("href"))
     page.locator("h1").first.wait_for()

@@ -11,6 +11,45 @@ const PHONE = 560; // as in page.css
 const plots = [...document.querySelectorAll(".plot")];
 const drawn = plots.map(() => false);
 
+// Colours of a drawing on a dark screen; paper is always white.
+const DARK = JSON.parse(document.body.dataset.dark);
+const prefersDark = matchMedia("(prefers-color-scheme: dark)");
+const [sees, from] = [Object.keys(DARK), (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16)).join()];
+const TRANSLUCENT = Object.fromEntries(sees.filter((each) => each.length === 7).map((each) => [from(each), from(DARK[each])]));
+
+function darkened(value) {
+  if (typeof value === "string") {
+    if (value in DARK) return DARK[value];
+    const [, colour, rest] = /^rgba\((\d+,\d+,\d+)(,.*)$/.exec(value) ?? [];
+    return colour ? (DARK[`rgba(${colour}`] ?? `rgba(${TRANSLUCENT[colour] ?? colour}`) + rest : value;
+  }
+  if (Array.isArray(value)) return value.map(darkened);
+  if (value === null || typeof value !== "object") return value;
+  return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, darkened(part)]));
+}
+
+function drawing(plot, onPaper = false) {
+  const content = JSON.parse(plot.nextElementSibling.textContent);
+  if (prefersDark.matches && !onPaper) [content.data, content.layout] = darkened([content.data, content.layout]);
+  return content;
+}
+
+function colourKeys(onPaper = false) {
+  for (const mark of document.querySelectorAll(".key [fill], .key [stroke]")) {
+    const name = mark.hasAttribute("fill") ? "fill" : "stroke";
+    mark.dataset.colour ??= mark.getAttribute(name);
+    mark.setAttribute(name, prefersDark.matches && !onPaper ? darkened(mark.dataset.colour) : mark.dataset.colour);
+  }
+}
+
+async function redraw(chosen, onPaper = false) {
+  colourKeys(onPaper);
+  for (const plot of chosen) {
+    const { data, layout } = drawing(plot, onPaper);
+    await Plotly.react(plot, data, layout);
+  }
+}
+
 function say(plot, text) {
   const message = document.createElement("div");
   message.className = "message";
@@ -45,12 +84,13 @@ async function draw(plot, place) {
     if (views) views.open = true;
     return;
   }
-  const { data, layout, narrow, postures, links } = JSON.parse(plot.nextElementSibling.textContent);
+  const { data, layout, narrow, postures, links, rows } = drawing(plot);
   const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
     modeBarButtons: [["resetCameraDefault3d"]] };
   await Plotly.newPlot(plot, data, layout, config);
   if (plot.clientWidth < NARROW && Object.keys(narrow).length) await Plotly.relayout(plot, narrow);
-  if (postures?.rows) followPostures(plot, postures);
+  if (postures?.rows) followPostures(plot, postures, data);
+  if (rows?.traces) followRows(plot, rows, data);
   if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
   drawn[place] = true;
   plot.dataset.state = "drawn";
@@ -64,18 +104,40 @@ function leadTo(id) {
   part.scrollIntoView({ behavior: "smooth" });
 }
 
-// Single precision in base64, as page.py writes arrays.
-function unpacked({ bdata }) {
-  return new Float32Array(Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0)).buffer);
+// Single precision, or whole numbers, in base64, as page.py writes arrays.
+function unpacked({ bdata, dtype }) {
+  const { buffer } = Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0));
+  return dtype === "i4" ? new Int32Array(buffer) : new Float32Array(buffer);
 }
 
-// The slider, a click on a measured point and a click on a row of the outliers move the arm to a posture.
-function followPostures(plot, { points, measured, width, joints, traces, labels, rows, shown }) {
+// A row is chosen by the slider, a click on a point, an arrow or a line of the outliers; every drawing then shows it.
+const chooses = [];
+function choose(row) {
+  for (const line of document.querySelectorAll("tr[data-row]")) line.classList.toggle("chosen", line.dataset.row === row);
+  for (const show of chooses) show(row);
+}
+
+// A panel with a point a row of the training data.
+function followRows(plot, { traces, mark }, data) {
+  const series = traces.map((t) => ({ x: unpacked(data[t].x), y: unpacked(data[t].y), rows: unpacked(data[t].customdata) }));
+  plot.on("plotly_click", ({ points: [hit] }) => traces.includes(hit.curveNumber) && choose(`0:${hit.customdata}`));
+  let later;
+  chooses.push((row) => {
+    const [set, number] = row.split(":").map(Number);
+    const at = series.map(({ rows }) => (set === 0 ? rows.indexOf(number) : -1));
+    const [x, y] = ["x", "y"].map((axis) => at.flatMap((k, s) => (k < 0 ? [] : [series[s][axis][k]])));
+    clearTimeout(later); // a slider that moves asks for many
+    later = setTimeout(() => Plotly.restyle(plot, { x: [x], y: [y] }, [mark]), 60);
+  });
+}
+
+// The arm and the arrows: the chosen row's posture, and only the poses that the filter leaves.
+function followPostures(plot, { points, measured, width, joints, traces, labels, rows, shown, filters }, data) {
   const axes = ["x", "y", "z"];
   const at = Object.fromEntries(axes.map((axis) => [axis, unpacked(points[axis])]));
   const point = Object.fromEntries(axes.map((axis) => [axis, unpacked(measured[axis])]));
   const [slider, said] = ["input", "output"].map((name) => plot.closest(".figure").querySelector(`.posture ${name}`));
-  const linked = [...document.querySelectorAll("tr[data-row]")];
+  let kept = rows.map(() => true);
   const show = (k) => {
     const parts = {};
     for (const axis of axes) {
@@ -85,21 +147,65 @@ function followPostures(plot, { points, measured, width, joints, traces, labels,
     Plotly.restyle(plot, parts, traces);
     slider.value = k;
     said.textContent = labels[k];
-    for (const row of linked) row.classList.toggle("chosen", row.dataset.row === rows[k]);
   };
-  slider.addEventListener("input", () => show(Number(slider.value)));
+  const near = (k) => {
+    for (let d = 0; d < rows.length; d++) for (const at of [k + d, k - d]) if (kept[at]) return at;
+    return k;
+  };
+  chooses.push((row) => rows.includes(row) && show(rows.indexOf(row)));
+  slider.addEventListener("input", () => choose(rows[near(Number(slider.value))]));
   plot.on("plotly_click", ({ points: [hit] }) => {
-    if (hit.pointNumber < rows.length && !traces.includes(hit.curveNumber) && hit.data.mode === "markers") show(hit.pointNumber);
+    if (hit.pointNumber < rows.length && !traces.includes(hit.curveNumber) && hit.data.mode === "markers") choose(rows[hit.pointNumber]);
   });
-  for (const row of linked) {
-    const k = rows.indexOf(row.dataset.row);
-    if (k < 0) continue;
-    row.addEventListener("click", () => {
-      show(k);
+  for (const line of document.querySelectorAll("tr[data-row]")) {
+    if (!rows.includes(line.dataset.row)) continue;
+    line.addEventListener("click", () => {
+      choose(line.dataset.row);
       plot.scrollIntoView({ behavior: "smooth", block: "center" });
     });
   }
-  show(shown);
+  const arrows = data.flatMap(({ x }, t) => (x.bdata && !traces.includes(t) ? [[t, unpacked(x)]] : []));
+  followFilter(plot.closest(".figure").querySelector(".filter"), filters ?? [], (chosen) => {
+    kept = chosen;
+    const left = ([, x]) => x.map((value, k) => (kept[Math.floor((k * rows.length) / x.length)] ? value : NaN));
+    Plotly.restyle(plot, { x: arrows.map(left) }, arrows.map(([t]) => t));
+  });
+  choose(rows[shown]);
+}
+
+// A variable and its range; `tell` gets which poses are in it.
+function followFilter(part, filters, tell) {
+  if (!part) return;
+  const [choice, said] = [part.querySelector("select"), part.querySelector("output")];
+  const ends = [...part.querySelectorAll("input")];
+  const short = (value) => Number(value.toPrecision(4)).toLocaleString(document.documentElement.lang);
+  const values = filters.map((each) => unpacked(each.values));
+  const filter = () => {
+    const own = values[choice.value];
+    if (!own) return;
+    const [low, high] = ends.map((end) => Number(end.value)).sort((a, b) => a - b);
+    const slack = 1e-6 * (Math.abs(low) + Math.abs(high)); // a range input rounds
+    const kept = [...own].map((value) => value >= low - slack && value <= high + slack);
+    const { texts } = filters[choice.value];
+    const [from, to] = texts.length ? [texts[Math.ceil(low)], texts[Math.floor(high)]] : [short(low), short(high)];
+    const words = { low: from, high: to, some: kept.filter(Boolean).length, all: kept.length };
+    said.textContent = said.dataset.text.replace(/\{(\w+)\}/g, (_all, name) => words[name]);
+    tell(kept);
+  };
+  choice.addEventListener("change", () => {
+    const own = choice.value === "" ? null : [...values[choice.value]].filter(Number.isFinite);
+    for (const [k, end] of ends.entries()) {
+      end.parentElement.hidden = !own;
+      if (!own) continue;
+      [end.min, end.max] = [Math.min(...own), Math.max(...own)];
+      end.step = filters[choice.value].texts.length ? 1 : "any";
+      end.value = k ? end.max : end.min;
+    }
+    said.textContent = "";
+    if (own) filter();
+    else tell([...values[0]].map(() => true));
+  });
+  for (const end of ends) end.addEventListener("input", filter);
 }
 
 function switchTraces(button) {
@@ -135,29 +241,30 @@ function fold(button) {
   document.getElementById(button.getAttribute("aria-controls")).hidden = isOpen;
 }
 
-function toPaper() {
+const flat = () => plots.filter((plot, place) => drawn[place] && plot.dataset.kind !== "scene");
+
+async function toPaper() {
   for (const details of document.querySelectorAll("details")) {
     details.dataset.wasOpen = details.open;
     details.open = true;
   }
-  plots.forEach((plot, place) => {
-    if (!drawn[place] || plot.dataset.kind === "scene") return;
+  if (prefersDark.matches) await redraw(flat(), true);
+  for (const plot of flat()) {
     const columns = Number(/columns-(\d)/.exec(plot.closest(".figure").className)[1]);
     const width = Math.floor(((PAPER_WIDTH + PAPER_GAP) * columns) / 6 - PAPER_GAP);
     const height = Number(plot.dataset.paper) || Math.min(plot.offsetHeight, Math.round(PAPER_ASPECT[columns] * width));
     plot.style.setProperty("--paper-height", `${height}px`);
     Plotly.relayout(plot, { width, height, "font.size": 10, "xaxis.title.font.size": 10, "yaxis.title.font.size": 10 });
-  });
+  }
 }
 
-function toScreen() {
+async function toScreen() {
   for (const details of document.querySelectorAll("details")) details.open = details.dataset.wasOpen === "true";
-  plots.forEach((plot, place) => {
-    if (drawn[place] && plot.dataset.kind !== "scene") {
-      Plotly.relayout(plot, { autosize: true, width: null, height: null, "font.size": 12,
-        "xaxis.title.font.size": 12, "yaxis.title.font.size": 12 });
-    }
-  });
+  if (prefersDark.matches) await redraw(flat());
+  for (const plot of flat()) {
+    Plotly.relayout(plot, { autosize: true, width: null, height: null, "font.size": 12,
+      "xaxis.title.font.size": 12, "yaxis.title.font.size": 12 });
+  }
 }
 
 // What is wider than a phone stands cell below cell there, as tables do that Table.is_wordy knows to be wide.
@@ -187,7 +294,9 @@ async function main() {
     plots.forEach((plot) => say(plot, document.body.dataset.oldBrowser));
     return;
   }
+  colourKeys();
   for (const [place, plot] of plots.entries()) await draw(plot, place);
+  prefersDark.addEventListener("change", () => redraw(plots.filter((_plot, place) => drawn[place])));
   addEventListener("beforeprint", toPaper);
   addEventListener("afterprint", toScreen);
   document.body.dataset.state = "ready";

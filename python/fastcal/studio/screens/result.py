@@ -8,12 +8,15 @@ from typing import Any
 
 from nicegui import ui
 
+from fastcal.io.atomic import write_bytes
+from fastcal.io.measurements import load_measurements
 from fastcal.io.results import read_json
 from fastcal.io.robot_file import load_robot
 from fastcal.robot.dropped_effects import name_of
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import ROBOT
+from fastcal.studio.screens.plan import POSES
 from fastcal.studio.shell import card, command_line, job_bar, told
 from fastcal.studio.state import Studio
 
@@ -69,6 +72,8 @@ def build(studio: Studio) -> None:
             for out in there:
                 with ui.tab_panel(out).classes("p-0"):
                     _switches(studio, out, source)
+                    if out == DIAGNOSIS:
+                        _apart(studio)
                     changed = int(project.path(f"{out}/report.html").stat().st_mtime)
                     page = f"{address(out)}/report.html?at={changed}"
                     ui.element("iframe").props(f'src="{page}" title="{out}" data-test="page-{out}"').classes(
@@ -77,6 +82,25 @@ def build(studio: Studio) -> None:
                     ui.link("open it by itself", page, new_tab=True)
 
     pages()
+
+
+def _apart(studio: Studio) -> None:
+    """Leads to the poses that tell apart what these data cannot, where the diagnosis names some."""
+    project = studio.project
+    poses = project.path(f"{DIAGNOSIS}/next_poses.csv")
+    if not poses.exists():
+        return
+
+    def plan() -> None:
+        with told():
+            place = project.path(POSES)
+            place.parent.mkdir(exist_ok=True)
+            write_bytes(place, poses.read_bytes())
+            ui.navigate.to("/plan")
+
+    with card("What tells them apart", "The data fit several causes; these poses, measured next, leave one."):
+        count = len(load_measurements(poses, project.robot(), require_measured=False))
+        ui.button(f"Take the {count} poses to Plan", on_click=plan, icon="route").props('data-test="tell-apart"')
 
 
 def _switches(studio: Studio, out: str, source: Any) -> None:
