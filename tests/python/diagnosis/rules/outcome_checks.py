@@ -129,7 +129,7 @@ def poses_that_show_next_to_nothing_are_not_drawn() -> None:
 
 def orders_of(curve: np.ndarray) -> list[int]:
     entry = {"effect": "joint_profile", "owner": "joint1", "low_rad": -3.0, "high_rad": 3.0}
-    model = SimpleNamespace(spec={"effects": [entry]}, joint_count=1)
+    model = SimpleNamespace(entries=[entry], joint_count=1)
     with mock.patch.object(unexplained, "profile_curve", return_value=curve):
         return sorted(order for order, _ in unexplained.main_orders(model, entry))
 
