@@ -55,7 +55,7 @@ class World:
         self.geometry = columns(3, seed=1234)
         self.r = measured + noise
         data = SimpleNamespace(time=None, q=q, payload=np.arange(ROWS))
-        robot = SimpleNamespace(spec={"joints": [{"link": {"mass_kg": 1.0}}]})
+        robot = SimpleNamespace(joints=[SimpleNamespace(mass_kg=1.0)])
         start = SimpleNamespace(robot=robot)
         self.problem = SimpleNamespace(
             threads=1, names=list(self.names), noise=Noise((1.0, 1.0, 1.0)), kept=data, start=start, data=data
