@@ -22,6 +22,7 @@ from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.projection import basis
 from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.robot.robot_spec import Joint, Link
 
 ROWS = 240
 Array = np.ndarray[Any, Any]
@@ -55,7 +56,7 @@ class World:
         self.geometry = columns(3, seed=1234)
         self.r = measured + noise
         data = SimpleNamespace(time=None, q=q, payload=np.arange(ROWS))
-        robot = SimpleNamespace(joints=[SimpleNamespace(mass_kg=1.0)])
+        robot = SimpleNamespace(joints=[Joint("revolute", link=Link(1.0))])
         start = SimpleNamespace(robot=robot)
         self.problem = SimpleNamespace(
             threads=1, names=list(self.names), noise=Noise((1.0, 1.0, 1.0)), kept=data, start=start, data=data
