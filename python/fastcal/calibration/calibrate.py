@@ -102,7 +102,8 @@ def calibrate(
         effects: Names as on the command line; base and tool are always identified.
         parameters: Exactly these besides base and tool, such as "joint2 a" (`Robot.parameter_names`); the others keep
             their values. None: all parameters of `effects`.
-        method: nls (Levenberg-Marquardt), bfgs (PMC paper: BFGS on the root of the mean squared distance),
+        method: nls (Newton's steps; Ceres' trust region where one is refused), bfgs (PMC paper: BFGS on the root of the
+            mean squared distance),
             bfgs_mean_distance (its printed cost).
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
         priors: Hold parameters near nominal. None: the geometry, where the poses are few for their noise, by as much

@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 def _methods() -> dict[str, str]:
     return {
-        "nls": _("nonlinear least squares (Levenberg-Marquardt)"),
+        "nls": _("nonlinear least squares (Newton's steps, then a trust region)"),
         "bfgs": _("BFGS with line search on the root of the mean squared distance"),
         "bfgs_mean_distance": _("BFGS with line search on the mean distance"),
     }
