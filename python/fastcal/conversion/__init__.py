@@ -16,6 +16,7 @@ from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
 from fastcal.place import joint_name
 from fastcal.robot import se3
+from fastcal.robot.loops import has_branches
 from fastcal.robot.se3 import Array
 
 KINDS = ("dh", "mdh", "poe", "urdf")
@@ -62,13 +63,15 @@ def convert(robot: HasSpec | Spec, to: str, drop_effects: bool = False) -> Conve
         drop_effects: Leave out what refers to frames that the new kind does not have, and name it.
 
     Raises:
-        InvalidInput: The kind is none, or the robot has effects that the new kind can't carry.
+        InvalidInput: The kind is none, or the robot has effects that the new kind can't carry, or closed loops.
     """
     spec: Spec = robot if isinstance(robot, dict) else robot.spec
     if to not in KINDS:
         raise InvalidInput(f"expected dh, mdh, poe or urdf as the kind to convert to, got {to!r}")
     if to == spec["kinematics"]:
         return Conversion(copy.deepcopy(spec), (), ())
+    if has_branches(spec):
+        raise InvalidInput(f"{spec['name']} has branches or closed loops, which only its own kind of file carries")
     geometry = {"dh": _rows, "mdh": _rows, "poe": _poe, "urdf": _urdf}[to](chain_of(spec), spec, to)
     effects, dropped = _carried(spec, geometry)
     if spec.get("correction") is not None:

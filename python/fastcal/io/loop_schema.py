@@ -80,8 +80,8 @@ def _gear(fields: Fields, joints: list[Spec]) -> Spec:
     joint = fields.count("joint", 1, len(joints))
     unit = "mm" if joints[joint - 1]["type"] == "prismatic" else "deg"
     ratios = _by_joint(fields, "ratios", len(joints))
-    if not ratios or joint in ratios:
-        fields.fail("ratios", f"a ratio by the number of each joint that turns joint {joint}", str(ratios))
+    if not ratios or f"joint{joint}" in ratios:
+        fields.fail("ratios", f"a ratio by the name of each joint that turns joint {joint}", str(ratios))
     return {"joint": joint, "ratios": ratios, f"offset_{unit}": fields.quantity("offset", unit, 0.0)}
 
 
@@ -122,14 +122,15 @@ def _frame(fields: Fields, key: str, joint_count: int) -> str:
     return name
 
 
-def _by_joint(fields: Fields, key: str, joint_count: int) -> dict[int, float]:
-    """Numbers by joints, from 1."""
+def _by_joint(fields: Fields, key: str, joint_count: int) -> dict[str, float]:
+    """Numbers by joints, joint1 and on."""
     given = fields.take(key, {})
     if not isinstance(given, dict):
-        fields.fail(key, "a number by the number of a joint, such as {2: -1}", given)
+        fields.fail(key, "a number by the name of a joint, such as {joint2: -1}", given)
     out = {}
     for joint, value in given.items():
-        if not str(joint).isdigit() or not 1 <= int(joint) <= joint_count:
-            fields.fail(key, f"joints 1 to {joint_count}", joint)
-        out[int(joint)] = fields.checked_number(f"{key}.{joint}", value)
+        match = re.fullmatch(r"joint([1-9]\d*)", str(joint))
+        if match is None or int(match[1]) > joint_count:
+            fields.fail(key, f"joint1 to joint{joint_count}", joint)
+        out[str(joint)] = fields.checked_number(f"{key}.{joint}", value)
     return out

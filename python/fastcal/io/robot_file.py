@@ -27,6 +27,7 @@ from fastcal.io.urdf_in_place import in_place, is_from_urdf
 from fastcal.io.xml_text import xml_bytes
 from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
+from fastcal.robot.loops import has_branches
 from fastcal.robot.robot import Robot
 
 _OF_MEASUREMENTS = (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".parquet", ".html")
@@ -185,6 +186,8 @@ def write_spec(
             return _write_with_correction(spec, Path(path).resolve(), correction, comment)
         write_text(path, _commented(comment) + yaml_text(spec))
         return ()
+    if has_branches(spec):
+        raise InvalidInput(f"{path}: a URDF has no place for branches and closed loops; write a .yaml file")
     lost = what_urdf_loses(spec)
     moving = [key for key in lost if key in ("compensator", "effects", "correction")]
     if moving and not drop_effects:

@@ -64,6 +64,11 @@ class Assembly:
                 raise InvalidInput(self.sentence(row))
 
 
+def has_branches(spec: Spec) -> bool:
+    """Does a canonical spec hold branches or closed loops, which a chain of joints cannot say?"""
+    return bool(spec.get("loops")) or any("on" in joint for joint in spec["joints"])
+
+
 def passive_joints(spec: RobotSpec) -> list[int]:
     """Joints, from 0, that no motor moves."""
     return [i for i, joint in enumerate(spec.joints) if joint.passive]
@@ -124,7 +129,7 @@ def write_loops(spec: Spec, values: dict[str, dict[str, float]]) -> None:
         if "offset" in found:
             unit = "mm" if spec["joints"][entry["joint"] - 1]["type"] == "prismatic" else "deg"
             entry[f"offset_{unit}"] = from_si(found["offset"], unit)
-            entry["ratios"] = {joint: found[f"ratio_joint{joint}"] for joint in entry["ratios"]}
+            entry["ratios"] = {joint: found[f"ratio_{joint}"] for joint in entry["ratios"]}
         if "rx" in found:
             R = _rotation(entry.get("from_rpy_deg", [0.0] * 3))
             for axis in "xyz":
@@ -136,7 +141,7 @@ def _loop(entry: Spec, joints: Sequence[Joint]) -> _core.Loop:
     name = entry["name"]
     if "ratios" in entry:
         unit = joints[entry["joint"] - 1].unit
-        ratios = [(int(joint) - 1, float(ratio)) for joint, ratio in entry["ratios"].items()]
+        ratios = [(_number(joint) - 1, float(ratio)) for joint, ratio in entry["ratios"].items()]
         offset = to_si(float(entry[f"offset_{unit}"]), unit)
         return _core.Loop.gear(name=name, driven=entry["joint"] - 1, joints=ratios, offset=offset)
     ends: dict[str, Any] = {
@@ -144,7 +149,7 @@ def _loop(entry: Spec, joints: Sequence[Joint]) -> _core.Loop:
         "to_frame": _frame(entry["to"], len(joints)),
     }
     if "length_mm" in entry:
-        added = [(int(joint) - 1, float(share)) for joint, share in (entry.get("joints") or {}).items()]
+        added = [(_number(joint) - 1, float(share)) for joint, share in (entry.get("joints") or {}).items()]
         return _core.Loop.rod(
             name=name,
             **ends,
@@ -184,6 +189,11 @@ def _frame(name: str, joint_count: int) -> int:
     if name == "base":
         return 0
     return 2 * joint_count + 1 if name == "tool" else 2 * _joint_of(name) + 2
+
+
+def _number(joint: str) -> int:
+    """Of jointN."""
+    return int(joint.removeprefix("joint"))
 
 
 def _joint_of(link: str) -> int:

@@ -4,19 +4,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import _core, calibrate, inverse_kinematics, load_robot
+from fastcal import _core, calibrate, inverse_kinematics, load_measurements, load_robot
+from fastcal.conversion import convert
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
+EXAMPLES = Path(__file__).parents[3] / "examples" / "closed_loops"
 THIRDS = (0.0, 120.0, 240.0)
 
 
@@ -84,7 +87,7 @@ def hexapod() -> Spec:
             "from_xyz_mm": [float(v) for v in BASE_PINS[k]],
             "to_xyz_mm": [float(v) for v in TOP_PINS[k]],
             "length_mm": 450.0,
-            "joints": {k + 1: 1.0},
+            "joints": {f"joint{k + 1}": 1.0},
         }
         for k in range(6)
     ]
@@ -102,7 +105,7 @@ def palletizer() -> Spec:
     ]
     for each, mass in zip(joints, (200.0, 80.0, 60.0, 20.0, 10.0), strict=True):
         each["link"] = {"mass_kg": mass, "com_mm": [100.0, 0.0, 50.0]}
-    gear = {"name": "belt", "joint": 4, "ratios": {2: -1.0, 3: -1.0}}
+    gear = {"name": "belt", "joint": 4, "ratios": {"joint2": -1.0, "joint3": -1.0}}
     return {"name": "palletizer", "kinematics": "urdf", "joints": named(joints), "loops": [gear]}
 
 
@@ -300,11 +303,32 @@ def test_what_is_wrong_with_loops_is_said_at_the_door(change: Spec, message: str
         load_robot(delta() | change)
 
 
-def test_loops_are_kept_in_a_robot_file(tmp_path: Any) -> None:
-    robot = load_robot(delta())
-    robot.save(tmp_path / "delta.yaml")
+@EVERY
+def test_loops_are_kept_in_a_robot_file(tmp_path: Path, spec: Spec) -> None:
+    robot = load_robot(spec)
+    robot.save(tmp_path / "robot.yaml")
     q = postures(robot, 5)
-    assert np.array_equal(load_robot(tmp_path / "delta.yaml").forward(q), robot.forward(q))
+    assert np.array_equal(load_robot(tmp_path / "robot.yaml").forward(q), robot.forward(q))
+    with pytest.raises(InvalidInput, match="branches or closed loops"):
+        convert(robot, "dh")
+    with pytest.raises(InvalidInput, match="no place for branches and closed loops"):
+        robot.save(tmp_path / "robot.urdf")
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: str(path.stem))
+def test_an_example_closes_its_loops_and_comes_back(path: Path) -> None:
+    robot = load_robot(path)
+    q = postures(robot, 10, spread=0.2)
+    assert set(robot.assemble(q).status) == {"closed"}
+    found = inverse_kinematics(robot, robot.forward(q), seed=np.asarray(robot.core.home))
+    assert np.abs(robot.forward(found.q) - robot.forward(q))[:, :3, 3].max() < 1e-8
+
+
+def test_a_parallelogram_turns_its_elbow_as_the_crank_says() -> None:
+    """An ideal parallelogram: the upper arm keeps the direction of the crank, whatever the lower arm does."""
+    robot = load_robot(EXAMPLES / "parallelogram_6r.yaml")
+    q = postures(robot, 20)
+    assert np.abs(q[:, 3] - (q[:, 1] - q[:, 2])).max() < 1e-10
 
 
 def test_a_measurement_file_has_no_column_for_passive_joints(tmp_path: Any) -> None:
@@ -314,7 +338,5 @@ def test_a_measurement_file_has_no_column_for_passive_joints(tmp_path: Any) -> N
     for angles, T in zip(np.degrees(q[:, :3]), robot.forward(q), strict=True):
         rows.append(",".join(repr(float(v)) for v in (*angles, *(1e3 * T[:3, 3]))))
     (tmp_path / "points.csv").write_text("\n".join(rows))
-    from fastcal import load_measurements
-
     data = load_measurements(tmp_path / "points.csv", robot)
     assert np.abs(data.q - q).max() < 1e-10
