@@ -70,7 +70,7 @@ def picture_part(model: Robot, part: Evaluation, files: Mapping[tuple[int, str],
     found = []
     drawings: list[Figure | None] = []
     places: dict[str, list[slice]] = {}
-    for (camera, board), own in pictures(model.spec).items():
+    for (camera, board), own in pictures(model.description).items():
         places.setdefault(camera, []).append(own)
         for i in np.flatnonzero(np.isfinite(left[:, own]).any(axis=(1, 2))).tolist():
             row = i if part.rows is None else int(part.rows[i])
