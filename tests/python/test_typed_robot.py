@@ -28,7 +28,8 @@ OF_FILES = {
     "robot/controller_robot.py",  # of the key `nominal`
     "robot/identified_spec.py",  # the file of an identified model
     "diagnosis/adaptation.py",
-    "diagnosis/rig_causes.py",  # changes what the file says of a camera
+    "robot/loops.py",  # of the key `loops`
+    "diagnosis/rig_library.py",  # changes what the file says of a camera
     "calibration/problem.py",  # the file of the start
     "calibration/setups.py",
 }

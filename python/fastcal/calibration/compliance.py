@@ -201,7 +201,7 @@ def _curves(
     model, rows = found.model, rows_in_pairs(data)[0]
     torques = torques_of(model, rows, torque)
     J = model.joint_jacobian(rows.q, payload=rows.payload)[:, :3]
-    own = {(entry["owner"]): entry["parameters"] for entry in model.spec["effects"]}
+    own = {(entry["owner"]): entry["parameters"] for entry in model.entries}
     out = []
     for joint in joints:
         tau, column = torques[:, joint - 1], J[:, :, joint - 1]
@@ -224,5 +224,5 @@ def _angle(tau: FloatArray, parameters: dict[str, Any]) -> FloatArray:
 
 def curve(found: Compliance, owner: str, torque: FloatArray) -> FloatArray:
     """The angle [deg] of a joint at torques (N,) [N m], as it was found."""
-    (entry,) = [entry for entry in found.pairs.model.spec["effects"] if entry["owner"] == owner]
+    (entry,) = [entry for entry in found.pairs.model.entries if entry["owner"] == owner]
     return np.asarray(from_si(_angle(torque, entry["parameters"]), "deg"))

@@ -122,14 +122,14 @@ def detect(
     if not has_rig(robot.description):
         raise InvalidInput(f"{robot.name}: has no cameras or no boards; expected a cell file with both")
     files = picture_files(given)
-    of = {path: camera_of(path, list(robot.spec["cameras"])) for path in files}
+    of = {path: camera_of(path, list(robot.description.cameras)) for path in files}
     joins: dict[str, Joined] = {}
     rows: dict[Path, int | None] = {}
-    for camera in robot.spec["cameras"]:
+    for camera in robot.description.cameras:
         if own := [path for path in files if of[path] == camera]:
             joins[camera] = joined(own, poses)
             rows |= dict(zip(own, joins[camera].rows, strict=True))
-    work = partial(_looked_at, dict(robot.spec["cameras"]), dict(robot.spec["boards"]))
+    work = partial(_looked_at, dict(robot.description.cameras), dict(robot.description.boards))
     found = []
     with workers(min(jobs, len(files)), None) as side_by_side:
         for k, seen in enumerate(side_by_side.results(work, [(path, of[path], rows[path]) for path in files]), start=1):

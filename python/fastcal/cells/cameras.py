@@ -37,11 +37,11 @@ def cell_hand_eyes(cell: Cell, parameters: Sequence[IdentifiedParameter] = ()) -
     out = []
     for of in sensors:
         arm = flanges.get(of.on, cell.arms[0])
-        source = arm.robot.spec.get("source") or {}
+        source = arm.robot.description.source
         base, effector = str(source.get("base_link", "base_link")), str(source.get("tip_link", "flange"))
         T, in_hand = pose(of.place), of.on != "world"
         if not in_hand and arm.on == "world":
-            T = np.linalg.inv(pose(arm.robot.spec["base"])) @ T
+            T = np.linalg.inv(arm.robot.T_world_base) @ T
         parent = effector if of.on in flanges else of.on if in_hand else base
         std = np.array([_si(found.get((of.name, name)), name.partition("_")[2]) for name in _PLACE])
         out.append(HandEye(of.name, parent, T, std, in_hand, base, effector, marker))

@@ -23,6 +23,7 @@ from fastcal.io.folder import atomic_folder
 from fastcal.io.robot_file import load_robot, write_spec
 from fastcal.io.tables import write_csv
 from fastcal.io.yaml_text import yaml_text
+from fastcal.place import joint_column
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import board_corners
 from fastcal.robot.robot import Robot
@@ -71,7 +72,7 @@ def write_session(output: Path, seed: int) -> None:
         (folder / "cell.yaml").write_text(f"# {HEAD}\n{yaml_text(cell)}", encoding="utf-8")
         for name, (q, _) in sets.items():
             angles = from_si(q, "deg")
-            columns = {f"q{k + 1}_deg": angles[:, k].round(6).tolist() for k in range(q.shape[1])}
+            columns = {joint_column(k, "deg"): angles[:, k].round(6).tolist() for k in range(q.shape[1])}
             write_csv(folder / f"{name}poses.csv", columns)
     for name, (_, shown) in sets.items():
         with atomic_folder(output / f"{name}pictures") as folder:

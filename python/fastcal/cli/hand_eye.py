@@ -24,7 +24,7 @@ def check_hand_eyes(paths: Sequence[Path], robot: Robot | None = None) -> None:
     for path in paths:
         check_hand_eye_name(path)
     if paths and robot is not None:
-        hand_eyes(robot.spec)
+        hand_eyes(robot.description)
 
 
 def write_hand_eyes(result: CalibrationResult, paths: Sequence[Path]) -> None:
@@ -32,7 +32,7 @@ def write_hand_eyes(result: CalibrationResult, paths: Sequence[Path]) -> None:
     from fastcal.robot.hand_eye import hand_eyes
 
     if paths and result.parameters:
-        write(hand_eyes(result.model.spec), paths)
+        write(hand_eyes(result.model.description), paths)
 
 
 def write(found: Sequence[HandEye], paths: Sequence[Path]) -> None:

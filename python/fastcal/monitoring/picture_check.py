@@ -29,7 +29,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.causes import LEVEL
 from fastcal.monitoring.linear import record_of
-from fastcal.place import place_of
+from fastcal.place import joint_name, place_of
 from fastcal.robot.rig import PLACEMENT
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
@@ -127,7 +127,7 @@ def _explained(
         if parameter.name in PLACEMENT:
             places.setdefault(parameter.owner, []).append(k)
     blocks = {owner: J[:, own] for owner, own in places.items()}
-    blocks |= {f"joint{joint + 1}": G[:, joint : joint + 1] for joint in range(G.shape[1])}
+    blocks |= {joint_name(joint): G[:, joint : joint + 1] for joint in range(G.shape[1])}
     found: list[tuple[float, Moved]] = []
     for owner, columns in blocks.items():
         x = np.asarray(np.linalg.lstsq(columns, -r, rcond=1e-10)[0], dtype=np.float64)

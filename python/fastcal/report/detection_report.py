@@ -31,7 +31,7 @@ def detection_page(found: Detection, robot: Robot, *, language: str = "en") -> s
 
 
 def _page(found: Detection, robot: Robot) -> str:
-    cameras: Mapping[str, Any] = robot.spec["cameras"]
+    cameras: Mapping[str, Any] = robot.description.cameras
     seen = {name: _corners_of(found, name) for name in cameras if any(p.camera == name for p in found.pictures)}
     with_board = len(found.pictures) - len(found.empty)
     tiles = [

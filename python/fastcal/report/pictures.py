@@ -76,7 +76,7 @@ def picture_part(model: Robot, part: Evaluation, files: Mapping[tuple[int, str],
             row = i if part.rows is None else int(part.rows[i])
             found.append(_Picture(camera, board, row, uv[i, own], left[i, own]))
     for camera, slices in places.items():
-        size = model.spec["cameras"][camera]["size_px"]
+        size = model.description.cameras[camera]["size_px"]
         seen, rest = (np.concatenate([of[:, each].reshape(-1, 2) for each in slices]) for of in (uv, left))
         if np.isfinite(seen).any():
             drawings += [residual_figure(camera, seen, rest, size), coverage_figure(camera, seen, size)]
@@ -124,7 +124,7 @@ def _bars(worst: Sequence[_Picture]) -> Figure:
 
 def _card(of: _Picture, model: Robot, files: Mapping[tuple[int, str], Path]) -> Card:
     file = files.get((of.row, of.camera))
-    size = model.spec["cameras"][of.camera]["size_px"]
+    size = model.description.cameras[of.camera]["size_px"]
     known = np.isfinite(of.left).all(axis=1)
     marks = [(u, v, figures.AFTER) for u, v in of.uv[known].round(1).tolist()]
     drawn = [(u, v, figures.ALERT) for u, v in (of.uv + of.left)[known].round(1).tolist()]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.errors import InvalidInput
 from fastcal.robot.core_model import pose
+from fastcal.robot.robot_spec import RobotSpec
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -55,19 +56,19 @@ class HandEye:
         return np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
 
 
-def hand_eyes(spec: Spec) -> list[HandEye]:
-    """Every camera of an arm's spec.
+def hand_eyes(spec: RobotSpec) -> list[HandEye]:
+    """Every camera of an arm.
 
     A camera on the flange or a link is given there; one in the room in the frame of the arm's base. Links are named as
     in the URDF where the arm came from one.
 
     Raises:
-        InvalidInput: The spec has no camera.
+        InvalidInput: It has no camera.
     """
-    cameras = spec.get("cameras") or {}
+    cameras = spec.cameras
     if not cameras:
         raise InvalidInput("there is no camera whose place could be written; expected a cell file with cameras")
-    source = spec.get("source") or {}
+    source = spec.source
     base, effector = (str(source.get(key, name)) for key, name in (("base_link", "base_link"), ("tip_link", "flange")))
     out = []
     for name, entry in cameras.items():
@@ -75,9 +76,9 @@ def hand_eyes(spec: Spec) -> list[HandEye]:
         T = pose(entry)
         in_hand = on != "world" and part != "base"
         if on == "world":
-            T = np.linalg.inv(pose(spec["base"])) @ T
+            T = np.linalg.inv(spec.base.T) @ T
         parent = base if not in_hand else part if part else effector
-        board = next(iter(spec.get("boards") or {"board": None}))
+        board = next(iter(spec.boards), "board")
         std = _deviations(entry)
         out.append(HandEye(str(name), parent, T, std, in_hand, base, effector, str(board), entry))
     return out

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.errors import InvalidInput
+from fastcal.place import place_of
 from fastcal.robot.robot_spec import Joint, RobotSpec, Spec
 from fastcal.units import from_si, to_si
 
@@ -141,7 +142,7 @@ def _loop(entry: Spec, joints: Sequence[Joint]) -> _core.Loop:
     name = entry["name"]
     if "ratios" in entry:
         unit = joints[entry["joint"] - 1].unit
-        ratios = [(_number(joint) - 1, float(ratio)) for joint, ratio in entry["ratios"].items()]
+        ratios = [(place_of(joint).index, float(ratio)) for joint, ratio in entry["ratios"].items()]
         offset = to_si(float(entry[f"offset_{unit}"]), unit)
         return _core.Loop.gear(name=name, driven=entry["joint"] - 1, joints=ratios, offset=offset)
     ends: dict[str, Any] = {
@@ -149,7 +150,7 @@ def _loop(entry: Spec, joints: Sequence[Joint]) -> _core.Loop:
         "to_frame": _frame(entry["to"], len(joints)),
     }
     if "length_mm" in entry:
-        added = [(_number(joint) - 1, float(share)) for joint, share in (entry.get("joints") or {}).items()]
+        added = [(place_of(joint).index, float(share)) for joint, share in (entry.get("joints") or {}).items()]
         return _core.Loop.rod(
             name=name,
             **ends,
@@ -191,11 +192,6 @@ def _frame(name: str, joint_count: int) -> int:
     return 2 * joint_count + 1 if name == "tool" else 2 * _joint_of(name) + 2
 
 
-def _number(joint: str) -> int:
-    """Of jointN."""
-    return int(joint.removeprefix("joint"))
-
-
 def _joint_of(link: str) -> int:
     """Of linkN, from 0; -1: base."""
-    return -1 if link == "base" else int(link.removeprefix("link")) - 1
+    return place_of(link).number - 1

@@ -22,6 +22,7 @@ from fastcal.errors import InvalidInput
 from fastcal.io.hand_eye_file import hand_eye_texts
 from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.robot.hand_eye import HandEye, hand_eyes
+from fastcal.robot.robot_spec import RobotSpec, structured
 
 from .camera_scene import pose
 
@@ -236,11 +237,12 @@ def test_a_camera_in_the_room_is_given_in_the_base() -> None:
     spec = {"base": {"xyz_mm": [100.0, 0, 0], "rpy_deg": [0, 0, 90.0]}, "cameras": {}}
     spec["cameras"]["room"] = {"on": "world", "xyz_mm": [100.0, 500.0, 0], "rpy_deg": [0.0, 0, 0]}
     spec["cameras"]["elbow"] = {"on": "arm.link3", "xyz_mm": [1.0, 2, 3], "rpy_deg": [0.0, 0, 0]}
-    room, elbow = hand_eyes(spec)
+    joints = {"name": "arm", "kinematics": "dh", "joints": []}
+    room, elbow = hand_eyes(structured(RobotSpec, spec | joints))
     np.testing.assert_allclose(room.T_parent_camera[:3, 3], [0.5, 0.0, 0.0], atol=1e-12)
     assert (room.parent, room.in_hand, elbow.parent, elbow.in_hand) == ("base_link", False, "link3", True)
     with pytest.raises(InvalidInput, match="no camera"):
-        hand_eyes({"cameras": {}})
+        hand_eyes(structured(RobotSpec, joints))
 
 
 def test_a_cell_of_poses_is_written_as_it_was_read(tmp_path: Path) -> None:
