@@ -17,6 +17,8 @@ ARM = SimpleNamespace(
     joint_types=["revolute", "prismatic"],
     limits=np.array([[-3.0, 3.0], [0.0, 1.0]]),
     mimics=(),
+    passive=(),
+    follow=lambda q: q,
     reach=1.5,
     joint_count=2,
 )

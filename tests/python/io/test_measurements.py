@@ -22,6 +22,8 @@ ARM = SimpleNamespace(
     joint_types=["revolute", "prismatic"],
     limits=np.array([[-math.pi, math.pi], [0.0, 1.0]]),
     mimics=(),
+    passive=(),
+    follow=lambda q: q,
     reach=1.5,
     joint_count=2,
 )
@@ -29,6 +31,8 @@ SIX = SimpleNamespace(
     joint_types=["revolute"] * 6,
     limits=np.tile([-2 * math.pi, 2 * math.pi], (6, 1)),
     mimics=(),
+    passive=(),
+    follow=lambda q: q,
     reach=1.3,
     joint_count=6,
 )

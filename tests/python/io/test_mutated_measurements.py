@@ -23,7 +23,13 @@ from fastcal.io.text_tables import read_text_table
 from fastcal.measurements.dataset import Dataset
 
 ARM = SimpleNamespace(
-    joint_types=["revolute"] * 2, limits=np.array([[-math.pi, math.pi]] * 2), mimics=(), reach=1.5, joint_count=2
+    joint_types=["revolute"] * 2,
+    limits=np.array([[-math.pi, math.pi]] * 2),
+    mimics=(),
+    passive=(),
+    follow=lambda q: q,
+    reach=1.5,
+    joint_count=2,
 )
 NAMES = ["q1_deg", "q2_deg", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "sigma_mm", "temperature_c", "station"]
 ROWS = [[10.5, -20.25, 300.125, 40.0, -5e1, 0.6, 0.0, 0.8, 0.0, 0.04, 21.5, 1], [1.5, 2.5, 3.5, *[None] * 6, 1, 20, 2]]

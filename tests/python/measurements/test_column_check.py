@@ -166,7 +166,12 @@ def test_a_sliding_joint_is_judged_in_lengths() -> None:
     q = np.column_stack([rng.uniform(-1.5, 1.5, 40), rng.uniform(0.1, 0.6, 40)])
     position = np.column_stack([q[:, 1] * np.cos(q[:, 0]), q[:, 1] * np.sin(q[:, 0]), np.zeros(40)])
     slide = SimpleNamespace(
-        joint_types=["revolute", "prismatic"], limits=np.tile([-9.0, 9.0], (2, 1)), reach=0.6, mimics=()
+        joint_types=["revolute", "prismatic"],
+        limits=np.tile([-9.0, 9.0], (2, 1)),
+        reach=0.6,
+        mimics=(),
+        passive=(),
+        follow=lambda q: q,
     )
 
     def plane_poses(q: np.ndarray) -> np.ndarray:

@@ -15,6 +15,8 @@ ARM = SimpleNamespace(
     joint_types=["revolute", "prismatic"],
     limits=np.array([[-1.0, 1.0], [0.0, 0.5]]),
     mimics=(),
+    passive=(),
+    follow=lambda q: q,
     reach=1.2,
     joint_count=2,
 )
