@@ -51,10 +51,11 @@ struct Traits {
   std::vector<std::string> among_parameters = {};  ///< options that a file lists with the parameters: "order", "at_s"
   std::string searched = {};        ///< what a search over fits finds: an option, or the start of "critical"
   std::string diagnosed_with = {};  ///< an option with which a diagnosis tries it: "moments=even"
-  std::vector<std::string> forms = {};  ///< options that make another law: "side=load"; behind a colon one that is a load, tried over the loads met
-  bool without_masses = false;      ///< does it stand for weights that the robot file does not give?
-  bool is_wave = false;             ///< its two parameters are a sine and a cosine of one wave
-  std::string number = {};          ///< what its parameter without a name is: "turn per moment"
+  std::vector<std::string> forms =
+      {};  ///< options that make another law: "side=load"; behind a colon one that is a load, tried over the loads met
+  bool without_masses = false;  ///< does it stand for weights that the robot file does not give?
+  bool is_wave = false;         ///< its two parameters are a sine and a cosine of one wave
+  std::string number = {};      ///< what its parameter without a name is: "turn per moment"
 };
 
 /// The poses that show an effect of loads, and one of a joint's own position.

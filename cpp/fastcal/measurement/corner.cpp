@@ -169,6 +169,7 @@ class Corner : public Observation {
         continue;
       }
       std::vector<Pose> poses;
+      poses.reserve(of.size());
       for (const Picture& picture : of) {
         poses.push_back(eyes[c] ? picture.T_b_a * *eyes[c] * picture.T_camera_board
                                 : picture.T_b_a.inverse() * *seen[b] * picture.T_camera_board.inverse());

@@ -236,6 +236,12 @@ class Found:
         # What is missing from a poorer model puts no row on the list.
         return [int(i) for i in np.flatnonzero(self.data.measured & ~self.reaches)]
 
+    def _having(self, name: Hypothesis, model: Robot) -> Robot:
+        """The written model where it has the name, and surely; else that of all names."""
+        if repr(name) in self.told.unsure or name not in self.model.state.names:
+            return adaptation.robot_of(self.told_fit, self.level.sigma)
+        return model
+
     def _finding(
         self,
         name: Hypothesis,
@@ -255,8 +261,7 @@ class Found:
         if self.written.is_plain and not self.written.shows(name):
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
         unsure = self.told.unsure.get(repr(name))
-        model = model if unsure is None else adaptation.robot_of(self.told_fit, self.level.sigma)
-        values = adaptation.values(model, name.entry)
+        values = adaptation.values(self._having(name, model), name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = max(grade, "B"), (*limits, Because(Reason.TURNED_DIRECTION))
         doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))

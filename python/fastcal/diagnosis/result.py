@@ -20,6 +20,7 @@ from fastcal.diagnosis.library import Untestable
 from fastcal.diagnosis.reasons import Because, CauseLabel
 from fastcal.display import late
 from fastcal.display.shown import Plotted
+from fastcal.effects.entries import core_options
 from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
 from fastcal.robot.robot import Robot
 
@@ -230,7 +231,12 @@ class Diagnosis(Plotted):
 
     def fitted_with(self, finding: Finding) -> SearchNode:
         """The set whose fit has a finding: `final`, but for names that are told and not written."""
-        there = any((e["effect"], e["owner"]) == (finding.effect, finding.owner) for e in self.final.fit.entries)
+        order = finding.parameters.get("order")
+        there = any(
+            (e["effect"], e["owner"]) == (finding.effect, finding.owner)
+            and (order is None or core_options(e).get("order") == order.value)
+            for e in self.final.fit.entries
+        )
         return self.final if there else self.state
 
     @property
