@@ -69,9 +69,9 @@ def table(names: list[str], rows: np.typing.NDArray[np.float64]) -> str:
 
 
 def finite(*values: object) -> None:
-    """Refuses infinite numbers; NaN stands for what was not measured."""
+    """Refuses infinite numbers; NaN, or None for a whole table, stands for what was not measured."""
     for value in values:
-        if np.isinf(np.asarray(value, dtype=float)).any():
+        if value is not None and np.isinf(np.asarray(value, dtype=float)).any():
             raise AssertionError("an infinite number was read")
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import yaml
+from fuzz_cells import finite
 from fuzz_cells import readers as readers_of_cells
 from fuzz_damage import damaged, damaged_correction, damaged_workbook
 
@@ -44,13 +45,6 @@ from fastcal.monitoring.history import history
 PROGRAMS = Path(__file__).resolve().parent.parent / "tests" / "python" / "data" / "programs"
 Read = Callable[[Path], object]
 Array = np.typing.NDArray[np.float64]
-
-
-def finite(*values: Any) -> None:
-    """Refuses infinite numbers; NaN stands for what was not measured."""
-    for value in values:
-        if value is not None and np.isinf(np.asarray(value, dtype=float)).any():
-            raise AssertionError("an infinite number was read")
 
 
 def read_measurements(path: Path) -> None:

@@ -93,15 +93,14 @@ def of_unexplained(state: SearchNode, owner: str, depends_on: tuple[str, ...]) -
 def _entry(fit: Fit, finding: Finding) -> tuple[Spec, slice]:
     """The entry of a finding and the indices of its parameters."""
     at = fit.problem.own
-    order = finding.parameters.get("order")
     for entry, effect in zip(fit.entries, fit.model_effects, strict=True):
         place = slice(at, at + len(effect.parameters))
         at = place.stop
-        if (entry["effect"], entry["owner"]) != (finding.effect, finding.owner):
+        if not finding.is_of(entry):
             continue
         names = {edge_name(p, geometry=False) for p in effect.parameters}  # others of another form of the effect
         is_form = traits_of(finding.effect).is_wave or not finding.parameters or names & set(finding.parameters)
-        if is_form and (order is None or core_options(entry).get("order") == order.value):
+        if is_form:
             return entry, place
     raise KeyError(finding.label)
 

@@ -22,7 +22,7 @@ from fastcal.display import late
 from fastcal.display.shown import Plotted
 from fastcal.effects.entries import core_options
 from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
-from fastcal.robot.robot import Robot
+from fastcal.robot.robot import Robot, Spec
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -75,6 +75,12 @@ class Finding:
     def label(self) -> str:
         """effect@owner."""
         return f"{self.effect}@{self.owner}"
+
+    def is_of(self, entry: Spec) -> bool:
+        """Is it this entry's cause? Waves of one owner are told apart by their order."""
+        order = self.parameters.get("order")
+        same = (entry["effect"], entry["owner"]) == (self.effect, self.owner)
+        return same and (order is None or core_options(entry).get("order") == order.value)
 
     @property
     def reasons(self) -> tuple[str, ...]:
@@ -231,13 +237,7 @@ class Diagnosis(Plotted):
 
     def fitted_with(self, finding: Finding) -> SearchNode:
         """The set whose fit has a finding: `final`, but for names that are told and not written."""
-        order = finding.parameters.get("order")
-        there = any(
-            (e["effect"], e["owner"]) == (finding.effect, finding.owner)
-            and (order is None or core_options(e).get("order") == order.value)
-            for e in self.final.fit.entries
-        )
-        return self.final if there else self.state
+        return self.final if any(map(finding.is_of, self.final.fit.entries)) else self.state
 
     @property
     def judged_gap(self) -> Gap:

@@ -9,6 +9,7 @@ import pytest
 
 from fastcal.diagnosis import adaptation
 from fastcal.diagnosis.found import Found
+from fastcal.diagnosis.result import Diagnosis, Finding, NamedValue
 
 
 @pytest.mark.parametrize(
@@ -26,3 +27,17 @@ def test_a_name_that_curves_of_the_written_model_stand_for_has_its_values_from_t
         level=SimpleNamespace(sigma=1e-4),
     )
     assert Found._having(found, name, "written") == model  # type: ignore[arg-type]
+
+
+def test_a_wave_that_is_told_and_not_written_is_drawn_by_the_fit_that_has_its_order() -> None:
+    written: Any = [{"effect": "gear_harmonic", "owner": "joint2", "order": 3.0}]
+    told = [*written, {"effect": "gear_harmonic", "owner": "joint2", "order": 5.0}]
+    found: Any = SimpleNamespace(
+        final=SimpleNamespace(fit=SimpleNamespace(entries=written)),
+        state=SimpleNamespace(fit=SimpleNamespace(entries=told)),
+    )
+    for order, fitted in ((3.0, found.final), (5.0, found.state)):
+        wave = Finding("gear_harmonic", "joint2", "C", {"order": NamedValue(order, None)}, 5.0, 1e-3)
+        assert Diagnosis.fitted_with(found, wave) is fitted
+    other = Finding("backlash", "joint2", "C", {"gap_rad": NamedValue(1e-4, 1e-5)}, 5.0, 1e-3)
+    assert Diagnosis.fitted_with(found, other) is found.state
