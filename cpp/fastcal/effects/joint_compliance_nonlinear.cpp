@@ -8,8 +8,9 @@
 // form=cubic, monotone; RX160L paper, equations 9 and 10 (tau = a d^3 + b d^2 + c d with 4 b^2 <= 12 a c), written as
 //   compliance tau = d + skew d^2 + (skew^2 + hardening) d^3 / 3,   compliance = 1 / c, skew = b / c, hardening = (3 a
 //   c - b^2) / c^2 >= 0,
-// so that the condition is one bound and compliance = 0 is a rigid joint. torque=payload: tau of payload and wrench
-// alone, as the paper.
+// so that the condition is one bound and compliance = 0 is a rigid joint. Below the bound, where a fit may try a step,
+// the law is that of the bound: the cubic would fall again and may have no root. torque=payload: tau of payload and
+// wrench alone, as the paper.
 #include <cmath>
 
 #include "fastcal/effects/arm_size.hpp"
@@ -54,7 +55,7 @@ struct Cubic {
   double turn(double tau, const double* theta, double* slopes) const {
     const double target = theta[0] * tau;
     const double skew = theta[1];
-    const double cube = (skew * skew + theta[2]) / 3;
+    const double cube = cubed(theta);
     // Newton from the linear answer, kept in a bracket: the cubic is monotone, so there is one root, between 0 and far
     // enough out.
     double low = -1, high = 1;
@@ -73,16 +74,16 @@ struct Cubic {
       const double steep = steepness(d, skew, cube);
       slopes[0] = tau / steep;
       slopes[1] = -(d * d + 2 * skew * d * d * d / 3) / steep;
-      slopes[2] = -(d * d * d / 3) / steep;
+      slopes[2] = theta[2] < 0 ? 0 : -(d * d * d / 3) / steep;
     }
     return d;
   }
 
   double slope(double tau, const double* theta) const {
-    const double cube = (theta[1] * theta[1] + theta[2]) / 3;
-    return theta[0] / steepness(turn(tau, theta, nullptr), theta[1], cube);
+    return theta[0] / steepness(turn(tau, theta, nullptr), theta[1], cubed(theta));
   }
 
+  static double cubed(const double* theta) { return (theta[1] * theta[1] + std::max(theta[2], 0.0)) / 3; }
   static double value(double d, double skew, double cube) { return d * (1 + d * (skew + d * cube)); }
   /// (1 + skew d)^2 + hardening d^2: 0 only where hardening is, at an inflection.
   static double steepness(double d, double skew, double cube) {

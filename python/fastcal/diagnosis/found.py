@@ -131,7 +131,7 @@ class Found:
             more, step, remaining = with_surrogate(
                 steps[-1], gap[-1], last, self.reaches, judge, remaining, drifts=self.level.slow.drifts
             )
-        findings = [self._finding(best.names[k], proofs[k], equivalents[k], steps[-1].model, remaining) for k in order]
+        findings = [self._finding(k, proofs, equivalents[k], steps[-1].model, remaining) for k in order]
         if findings and all(f.grade == "A" for f in findings) and not self._stands(steps[-1].model):
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
         if any(f.grade != "A" for f in findings):
@@ -244,12 +244,13 @@ class Found:
 
     def _finding(
         self,
-        name: Hypothesis,
-        proof: grading.Evidence,
+        at: int,
+        proofs: Sequence[grading.Evidence],
         equivalents: list[SearchNode],
         model: Robot,
         remaining: Unexplained | None,
     ) -> Finding:
+        name, proof = self.best.names[at], proofs[at]
         others = tuple(dict.fromkeys(replacement(self.best, state).key for state in equivalents))
         grade, limits = grading.grade(
             proof, name, others, remaining is not None or len(self.best.names) > self.search.most
@@ -261,6 +262,10 @@ class Found:
         if self.written.is_plain and not self.written.shows(name):
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
         unsure = self.told.unsure.get(repr(name))
+        beside = [(proofs[k], other) for k, other in enumerate(self.best.names) if k != at]
+        weak = () if unsure else grading.may_be_another(proof, name, beside, remaining is not None)
+        if weak and grade == "B":
+            grade, limits = "C", (*weak, *limits)
         values = adaptation.values(self._having(name, model), name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = max(grade, "B"), (*limits, Because(Reason.TURNED_DIRECTION))

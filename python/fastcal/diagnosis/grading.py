@@ -58,6 +58,11 @@ class Evidence:
     follows_loads: bool = False
     alike: tuple[Because, ...] = ()
 
+    @property
+    def snr(self) -> float:
+        """Its signal-to-noise ratio."""
+        return float(self.statistic**0.5)
+
 
 def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     """Of one name of a set."""
@@ -201,10 +206,7 @@ def grade(
     found: Evidence, name: Hypothesis, equivalents: Sequence[object], something_remains: bool
 ) -> tuple[str, tuple[Because, ...]]:
     """Grade A or B, and why not A."""
-    snr = found.statistic**0.5
-    sure = rules.GRADE_A_SNR_LOADS if found.follows_loads else rules.GRADE_A_SNR
-    if not SLOW.isdisjoint(name.traits.depends_on):
-        sure = rules.GRADE_A_SNR_SLOW
+    snr, sure = found.snr, _sure_signal(found, name)
     simpler = tuple(CauseLabel(effect, name.owner) for effect in name.traits.generalizes)
     limits = [
         (something_remains, Because(Reason.SOMETHING_REMAINS)),
@@ -222,6 +224,40 @@ def grade(
     ]
     met = (*(because for is_met, because in limits if is_met), *found.alike)
     return ("B" if met else "A"), met
+
+
+def may_be_another(
+    found: Evidence, name: Hypothesis, beside: Sequence[tuple[Evidence, Hypothesis]], something_remains: bool
+) -> tuple[Because, ...]:
+    """Why a name is no more than its place: what looks alike from afar would not have shown itself; empty: it is more.
+
+    A name may make up for the form of a much stronger one, of what remains, or, with others that change with time or
+    temperature, for a law that is none of theirs, unless its signal is that of grade A. Waves have one form: none makes
+    up for another's.
+
+    Args:
+        found: The evidence for it.
+        name: The name.
+        beside: The other names of the set, and the evidence for each.
+        something_remains: Is there something without a name?
+    """
+    snr = found.snr
+    others = [(other, its) for its, other in beside if not (name.traits.is_wave and other.traits.is_wave)]
+    least, slow = rules.GRADE_B_SNR, not SLOW.isdisjoint(name.traits.depends_on)
+    if (
+        something_remains
+        or any(its.snr > rules.MUCH_STRONGER * snr for _, its in others)
+        or (slow and any(not SLOW.isdisjoint(other.traits.depends_on) for other, _ in others))
+    ):
+        least = max(least, _sure_signal(found, name))
+    return (Because(Reason.LOOKS_LIKE_OTHERS, snr, least),) if snr < least else ()
+
+
+def _sure_signal(found: Evidence, name: Hypothesis) -> float:
+    """The signal-to-noise ratio of grade A."""
+    if not SLOW.isdisjoint(name.traits.depends_on):
+        return rules.GRADE_A_SNR_SLOW
+    return rules.GRADE_A_SNR_LOADS if found.follows_loads else rules.GRADE_A_SNR
 
 
 def doubts(left_out: bool, excess: float) -> tuple[Because, ...]:

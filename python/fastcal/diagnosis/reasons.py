@@ -25,6 +25,7 @@ class Reason(Enum):
     SHADOW = "it does the work of what has no name"
     EQUIVALENTS = "other hypotheses do as well"
     WEAK_SIGNAL = "its signal-to-noise ratio is below that of grade A"
+    LOOKS_LIKE_OTHERS = "its signal is too weak beside what it may make up for"
     UNNAMED_RIVALS = "blocks without a name do as well"
     SIMPLER_DOES = "the data do not show what sets it apart from a simpler one"
     IMPLAUSIBLE = "its size is"

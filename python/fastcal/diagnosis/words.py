@@ -55,6 +55,8 @@ _REASONS = {
     Reason.EQUIVALENTS: "other causes explain the data as well",
     Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; grade A needs {limit:g} times, which an unlisted "
     "cause that looks alike would not survive",
+    Reason.LOOKS_LIKE_OTHERS: "its signal is {value:.1f} times the noise; a cause that looks alike would show itself "
+    "from {limit:g} times on",
     Reason.UNNAMED_RIVALS: "an unnamed cause would do as well: {subjects}",
     Reason.SIMPLER_DOES: "the data do not show what sets it apart from {subjects}",
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
@@ -207,7 +209,9 @@ def _cause(f: Finding) -> str:
         others = " or ".join(cause_in_words(*other) for other in f.equivalents)
         return f"{capital}, or {others}: these data can't tell which."
     if f.grade == "C":
-        return f"{capital}, is in the model because poses are predicted better with it; the cause is another one."
+        may_be = any(limit.reason is Reason.LOOKS_LIKE_OTHERS for limit in f.limits[:1])
+        because = "the cause may be another one" if may_be else "the cause is another one"
+        return f"{capital}, is in the model because poses are predicted better with it; {because}."
     return f"{capital}, {f.snr:.0f} times the noise; all other causes are ruled out."
 
 

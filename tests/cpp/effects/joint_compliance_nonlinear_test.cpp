@@ -56,6 +56,12 @@ TEST(NonlinearCompliance, TheCubicIsTheRootOfThePapersPolynomial) {
   EXPECT_NEAR(turn(values, {{"form", "cubic"}}), d, 1e-17);
 }
 
+TEST(NonlinearCompliance, BelowItsBoundTheCubicIsTheLawOfTheBound) {
+  for (double skew : {0.0, 30.0, -30.0}) {  // a cubic that falls again would have no root here
+    EXPECT_EQ(turn({1e-3, skew, -1e8}, {{"form", "cubic"}}), turn({1e-3, skew, 0}, {{"form", "cubic"}}));
+  }
+}
+
 TEST(NonlinearCompliance, SlopesAreExact) {
   Random random(3);
   for (const Options& options : {Options{}, Options{{"pieces", 4.0}}, Options{{"form", "cubic"}}}) {

@@ -57,6 +57,37 @@ def so_does_what_changes_with_time_or_temperature() -> None:
         assert grades == ["B", "A"]
 
 
+def place_only(snr: float, effect: str = "gear_harmonic", remains: bool = False, **beside: float) -> bool:
+    others = [(replace(SURE, statistic=s**2), name(2, other)) for other, s in beside.items()]
+    return bool(grading.may_be_another(replace(SURE, statistic=snr**2), name(1, effect), others, remains))
+
+
+@falls_with(GRADE_B_SNR=0.0)
+@falls_with(GRADE_B_SNR=1e9)
+def a_very_weak_name_is_no_more_than_a_place() -> None:
+    assert place_only(7.0)
+    assert not place_only(9.0)
+
+
+@falls_with(MUCH_STRONGER=0.0)
+@falls_with(MUCH_STRONGER=1e9)
+@falls_with(GRADE_A_SNR=0.0)
+def beside_a_much_stronger_name_it_needs_the_signal_of_grade_a() -> None:
+    assert place_only(13.0, backlash=30.0)
+    assert not place_only(13.0, backlash=20.0)
+    assert not place_only(16.0, backlash=90.0)
+    assert not place_only(13.0, gear_harmonic=90.0)  # waves have one form
+
+
+@falls_with(GRADE_A_SNR=0.0)
+@falls_with(GRADE_A_SNR_SLOW=0.0)
+def so_it_does_beside_what_remains_and_among_several_over_time() -> None:
+    assert place_only(13.0, remains=True)
+    assert not place_only(16.0, remains=True)
+    assert place_only(30.0, "base_drift", thermal_offset=30.0)
+    assert not place_only(30.0, "base_drift", backlash=30.0)
+
+
 @falls_with(GRADE_A_GAIN=-1e9)
 @falls_with(GRADE_A_GAIN=1e9)
 def held_out_rows_must_bear_it_out() -> None:

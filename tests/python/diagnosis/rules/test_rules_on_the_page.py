@@ -19,6 +19,7 @@ MOST_WORDS = 1500  # of a page that is read to its end
 ANSWERED = {
     Reason.EQUIVALENTS: "other causes fit equally well",
     Reason.WEAK_SIGNAL: "its signal is below what grade A needs",
+    Reason.LOOKS_LIKE_OTHERS: "its signal is weak beside what else is missing",
     Reason.UNNAMED_RIVALS: "an unnamed cause does as well",
     Reason.CURVE_WITHOUT_NAME: "position error has a shape that no single cause explains",
     Reason.SIMPLER_DOES: "what sets it apart from a simpler one",
