@@ -78,7 +78,7 @@ TOP_PINS = [[150 * np.cos(a), 150 * np.sin(a), 0.0] for a in np.radians([-50, 50
 
 
 def hexapod() -> Spec:
-    legs = [joint([0, 0, 1], on="base", type="prismatic", min_mm=-60, max_mm=60) for _ in range(6)]
+    legs = [joint([0, 0, 1], on="base", type="prismatic", min_mm=-130, max_mm=130) for _ in range(6)]
     rods = [
         {
             "name": f"leg{k + 1}",
