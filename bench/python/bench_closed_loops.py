@@ -226,6 +226,8 @@ def compare(folder: Path, postures: int, seed: int) -> dict[str, Any]:
             np.abs(robot.joint_jacobian(ours)[0][:, motors] - J_tool).max(),
         ]
         worst = np.maximum(worst, errors)
+    if not compared:
+        return out | {"left_out": "no posture near the start was closed by both"}
     keys = ("gap", "passive_joints", "pose", "jacobian")
     return out | {"postures": compared} | {key: float(f"{value:.2e}") for key, value in zip(keys, worst, strict=True)}
 

@@ -362,3 +362,17 @@ def test_poses_to_measure_are_designed_of_motors_alone(spec: Spec, how: str) -> 
     assembly = robot.assemble(design.q)
     assert set(assembly.status) == {"closed"}
     assert np.abs(assembly.q - design.q).max() < 1e-9
+
+
+def test_the_jacobian_of_a_long_chain_is_that_of_differences() -> None:
+    """More joints than inverse kinematics takes: two legs of a humanoid with their bars have fifty."""
+    axes = np.eye(3).tolist()
+    robot = load_robot(
+        {"name": "long", "kinematics": "urdf", "joints": named([joint(axes[k % 3], (50, 10, 20)) for k in range(40)])}
+    )
+    q = np.random.default_rng(1).uniform(-1, 1, (3, 40))
+    J = robot.joint_jacobian(q)
+    for k in range(40):
+        step = np.zeros(40)
+        step[k] = 1e-6
+        assert np.abs(motion(robot.forward(q + step), robot.forward(q - step)) / 2e-6 - J[:, :, k]).max() < 1e-8
