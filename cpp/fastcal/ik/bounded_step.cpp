@@ -16,7 +16,8 @@ namespace fastcal {
 namespace {
 
 /// The columns of passive joints go into those of the joints that move them.
-void follow_loops(const Chain& chain, std::span<const Pose> T_world_frame, ToolJacobian& J) {
+void follow_loops(const Chain& chain, std::span<const Pose> T_world_frame,
+                  Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
   const std::vector<LoopRow> rows = loop_rows(chain, T_world_frame, nullptr, nullptr);
   const auto m = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd by(m, chain.joint_count()), passive(m, m);
@@ -38,6 +39,12 @@ void follow_loops(const Chain& chain, std::span<const Pose> T_world_frame, ToolJ
 
 ToolJacobian joint_jacobian(const Chain& chain, std::span<const Pose> T_world_frame) {
   ToolJacobian J(6, chain.joint_count());
+  fill_joint_jacobian(chain, T_world_frame, J);
+  return J;
+}
+
+void fill_joint_jacobian(const Chain& chain, std::span<const Pose> T_world_frame,
+                         Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
   const Eigen::Vector3d& tool = T_world_frame.back().p;
   for (int i = 0; i < chain.joint_count(); ++i) {
     const int frame = chain.tree->frame_of_joint(i);
@@ -53,7 +60,6 @@ ToolJacobian joint_jacobian(const Chain& chain, std::span<const Pose> T_world_fr
       J.col(i) << axis, Eigen::Vector3d::Zero();
   }
   if (chain.has_loops()) follow_loops(chain, T_world_frame, J);
-  return J;
 }
 
 Vector6d pose_error(const Pose& target, const Pose& tool) {

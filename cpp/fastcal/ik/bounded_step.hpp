@@ -21,6 +21,9 @@ using ToolJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxIkJoints
 /// Motion of the tool, [v; w] in the axes of the measuring frame, by every joint; `T_world_frame` as forward() leaves
 /// it.
 ToolJacobian joint_jacobian(const Chain& chain, std::span<const Pose> T_world_frame);
+/// The same into J (6, n), of as many joints as there are.
+void fill_joint_jacobian(const Chain& chain, std::span<const Pose> T_world_frame,
+                         Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J);
 
 /// [p_target - p; the rotation vector from R to R_target], axes of the measuring frame.
 Vector6d pose_error(const Pose& target, const Pose& tool);

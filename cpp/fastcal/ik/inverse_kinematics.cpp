@@ -76,8 +76,11 @@ void joint_jacobian(const ErrorModel& model, const Eigen::Ref<const Eigen::Vecto
     RowEvaluator rows(model, theta);
     Samples part = samples.slice(begin, end);
     settle(model, theta, 1, part);
-    for (Eigen::Index i = begin; i < end; ++i)
-      Eigen::Map<RowMatrixXd>(J + i * 6 * n, 6, n) = joint_jacobian(chain, rows.frames(part.row(i - begin)));
+    Eigen::Matrix<double, 6, Eigen::Dynamic> here(6, n);
+    for (Eigen::Index i = begin; i < end; ++i) {
+      fill_joint_jacobian(chain, rows.frames(part.row(i - begin)), here);
+      Eigen::Map<RowMatrixXd>(J + i * 6 * n, 6, n) = here;
+    }
   });
 }
 

@@ -92,6 +92,7 @@ def postures(robot: Robot, how: str | ArrayLike, count: int, seed: int) -> Float
     """
     ranges = joint_ranges(robot)
     n = robot.joint_count
+    moved = [joint for joint in range(n) if joint not in robot.passive]
     if not isinstance(how, str):
         q = np.ascontiguousarray(np.asarray(how, dtype=float))
         if q.ndim != 2 or q.shape[1] != n or not np.isfinite(q).all():
@@ -101,20 +102,35 @@ def postures(robot: Robot, how: str | ArrayLike, count: int, seed: int) -> Float
             raise InvalidInput(f"candidate {int(np.argmin(within))} lies beyond the joints' limits")
         return robot.follow(q)
     if how == "grid":
-        levels = int(count ** (1 / n) + 1e-9)
+        levels = int(count ** (1 / len(moved)) + 1e-9)
         if levels < 2:
             raise InvalidInput(
-                f"a grid of two steps of {n} joints has {2**n} postures, and at most {count} are allowed"
+                f"a grid of two steps of {len(moved)} joints has {2 ** len(moved)} postures, and at most {count} are "
+                "allowed"
             )
-        steps = [np.linspace(low, high, levels) for low, high in ranges]
-        return robot.follow(np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, n))
+        steps = [np.linspace(low, high, levels if joint in moved else 1) for joint, (low, high) in enumerate(ranges)]
+        return _that_close(robot, np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, n))
     if how == "random":
         from scipy.stats import qmc
 
         power = int(np.ceil(np.log2(max(count, 2))))
-        unit = qmc.Sobol(n, rng=np.random.default_rng(seed)).random_base2(power)[:count]
-        return robot.follow(np.asarray(ranges[:, 0] + unit * (ranges[:, 1] - ranges[:, 0])))
+        unit = np.zeros((count, n))
+        unit[:, moved] = qmc.Sobol(len(moved), rng=np.random.default_rng(seed)).random_base2(power)[:count]
+        return _that_close(robot, np.asarray(ranges[:, 0] + unit * (ranges[:, 1] - ranges[:, 0])))
     raise InvalidInput(f"candidates must be grid, random, or postures (N, {n}), got '{how}'")
+
+
+def _that_close(robot: Robot, q: FloatArray) -> FloatArray:
+    """Postures (M, n) of q (N, n) in which all joints are, within their limits; of an arm with loops, those closed."""
+    if not robot.passive:
+        return robot.follow(q)
+    assembly = robot.assemble(q)
+    low, high = joint_ranges(robot).T
+    within = ((assembly.q >= low) & (assembly.q <= high)).all(axis=1)
+    closed = within & (np.array(assembly.status) == "closed")
+    if not closed.any():
+        raise InvalidInput("no candidate closes the loops within the limits of all joints; narrow the motors' limits")
+    return np.asarray(assembly.q[closed])
 
 
 def with_conditions(

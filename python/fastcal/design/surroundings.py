@@ -60,7 +60,8 @@ class Surroundings:
         tracker: What must see the target; None: nothing is asked.
         link_radius: How thick the straight links between the joints are [m]; keep-out boxes grow by it.
         mounting: Keep the arm above the face that it is mounted on, z = 0 of its base, and wrist and tool out of its
-            own column; False: it may reach below, as on a pedestal or a rail.
+            own column; False: it may reach below, as on a pedestal or a rail. Not asked of an arm with closed loops,
+            which may hang from its base, as a delta does.
     """
 
     keep_out: Sequence[Corners] = ()
@@ -88,7 +89,7 @@ class Surroundings:
             ),
             dtype=np.int64,
         )
-        if self.mounting:
+        if self.mounting and not robot.passive:
             out[(out == 0) & _meets_mounting(robot, q, self.link_radius)] = 6
         return out
 

@@ -7,8 +7,13 @@ from __future__ import annotations
 import re
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fastcal.io.fields import Fields
+from fastcal.robot import se3
 from fastcal.robot.loops import COMPONENTS
+from fastcal.units import from_si, to_si
 
 Spec = dict[str, Any]
 _ZERO = [0.0, 0.0, 0.0]
@@ -54,8 +59,11 @@ def check_order(joints: list[Spec], fields: list[Fields], kind: str) -> None:
         open_joints = [j for j in open_joints if j <= on] + [i]
 
 
-def check_loops(given: list[Fields], joints: list[Spec]) -> list[Spec]:
-    """The loops in canonical form, each with a name."""
+def check_loops(given: list[Fields], joints: list[Spec], tool: Spec) -> list[Spec]:
+    """The loops in canonical form, each with a name; a pin of `tool` becomes one of the link that carries it.
+
+    What is in the hand is placed anew with each measurement; the loop stays as it was built.
+    """
     loops: list[Spec] = []
     for k, fields in enumerate(given):
         name = fields.text("name", f"loop{k + 1}")
@@ -66,6 +74,9 @@ def check_loops(given: list[Fields], joints: list[Spec]) -> list[Spec]:
         else:
             ends = {key: _frame(fields, key, len(joints)) for key in ("from", "to")}
             loop = ends | (_rod(fields, joints) if fields.has_quantity("length", "mm") else _pose(fields))
+            for end in ("from", "to"):
+                if loop[end] == "tool":
+                    _leave_tool(loop, end, f"link{len(joints)}", tool)
         fields.done()
         loops.append({"name": name} | loop)
     if bool(loops) != any(joint.get("passive") for joint in joints):
@@ -112,6 +123,22 @@ def _pose(fields: Fields) -> Spec:
             if fields.has_quantity(f"{end}_{name}", unit):
                 loop[f"{end}_{name}_{unit}"] = fields.quantities(f"{end}_{name}", unit, 3)
     return loop
+
+
+def _leave_tool(loop: Spec, end: str, link: str, tool: Spec) -> None:
+    """The pin in the axes of the link that carries the tool."""
+    pin = _pose_of(loop.get(f"{end}_xyz_mm", _ZERO), loop.get(f"{end}_rpy_deg", _ZERO))
+    T = _pose_of(tool["xyz_mm"], tool["rpy_deg"]) @ pin
+    loop[end] = link
+    loop[f"{end}_xyz_mm"] = [from_si(float(value), "mm") for value in T[:3, 3]]
+    if "fixed" in loop:
+        loop[f"{end}_rpy_deg"] = [from_si(float(angle), "deg") for angle in se3.rotation_to_rpy(T[:3, :3])]
+
+
+def _pose_of(xyz_mm: list[float], rpy_deg: list[float]) -> NDArray[np.float64]:
+    """(4, 4) in m."""
+    rpy = [to_si(angle, "deg") for angle in rpy_deg]
+    return se3.pose(se3.rpy_to_rotation(rpy), [to_si(value, "mm") for value in xyz_mm])
 
 
 def _frame(fields: Fields, key: str, joint_count: int) -> str:

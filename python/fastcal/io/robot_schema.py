@@ -50,8 +50,6 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     spec["joints"] = [_joint(fields, kind, len(joints)) for fields in joints]
     _check_mimics(spec["joints"], joints)
     check_order(spec["joints"], joints, kind)
-    if loops := check_loops(_list(top, "loops", 0, 1000), spec["joints"]):
-        spec["loops"] = loops
     spec |= _end_of_chain(top, kind)
     if kind == "urdf":
         _check_joint_names(spec["joints"], joints)
@@ -60,6 +58,8 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         spec["pendant"] = check_pendant(_list(top, "pendant", 0, len(joints)), spec["joints"])
     spec["base"] = _frame(top, "base")
     spec["tool"] = _frame(top, "tool")
+    if loops := check_loops(_list(top, "loops", 0, 1000), spec["joints"], spec["tool"]):
+        spec["loops"] = loops
     payload = Fields(top.take("payload", {}), "payload", path)
     spec["payload"] = {"com_mm": payload.quantities("com", "mm", 3, _ZERO)}
     payload.done()

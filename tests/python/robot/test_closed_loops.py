@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import _core, calibrate, inverse_kinematics, load_measurements, load_robot
+from fastcal import _core, calibrate, design_poses, inverse_kinematics, load_measurements, load_robot
 from fastcal.conversion import convert
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.measurements.dataset import Dataset
@@ -78,7 +78,7 @@ TOP_PINS = [[150 * np.cos(a), 150 * np.sin(a), 0.0] for a in np.radians([-50, 50
 
 
 def hexapod() -> Spec:
-    legs = [joint([0, 0, 1], on="base", type="prismatic") for _ in range(6)]
+    legs = [joint([0, 0, 1], on="base", type="prismatic", min_mm=-130, max_mm=130) for _ in range(6)]
     rods = [
         {
             "name": f"leg{k + 1}",
@@ -254,7 +254,7 @@ def energy(robot: Robot, q: FloatArray, payload: float = 50.0) -> FloatArray:
     return np.array(out)
 
 
-@pytest.mark.parametrize("spec", [delta(), hexapod(), palletizer()], ids=lambda spec: str(spec["name"]))
+@EVERY
 def test_a_robot_with_loops_is_calibrated(spec: Spec) -> None:
     """Rods, pins and arms are off by 0.3 mm; held-out points are found within the noise."""
     robot = load_robot(spec)
@@ -340,3 +340,39 @@ def test_a_measurement_file_has_no_column_for_passive_joints(tmp_path: Any) -> N
     (tmp_path / "points.csv").write_text("\n".join(rows))
     data = load_measurements(tmp_path / "points.csv", robot)
     assert np.abs(data.q - q).max() < 1e-10
+
+
+def test_a_pin_of_the_tool_stays_where_it_is_when_the_tool_changes() -> None:
+    """What is in the hand is no part of the mechanism: the same motors put the flange where they did."""
+    spec = five_bar()
+    loop = load_robot(spec).spec["loops"][0]
+    assert (loop["to"], loop["to_xyz_mm"]) == ("link3", [320.0, 0.0, 0.0])
+    turned = load_robot(spec | {"tool": {"xyz_mm": [320, 0, 0], "rpy_deg": [0, 0, 90]}})
+    q = postures(turned, 5)
+    assert np.abs(turned.forward(q)[:, :3, 3] - load_robot(spec).forward(q)[:, :3, 3]).max() < 1e-12
+
+
+@EVERY
+@pytest.mark.parametrize("how", ["grid", "random"])
+def test_poses_to_measure_are_designed_of_motors_alone(spec: Spec, how: str) -> None:
+    """Motors within limits that keep all postures assembled; the passive joints are where the loops close."""
+    robot = load_robot(spec)
+    design = design_poses(robot, 20, candidates=how, candidate_count=1500)
+    assert len(design.q) == 20
+    assembly = robot.assemble(design.q)
+    assert set(assembly.status) == {"closed"}
+    assert np.abs(assembly.q - design.q).max() < 1e-9
+
+
+def test_the_jacobian_of_a_long_chain_is_that_of_differences() -> None:
+    """More joints than inverse kinematics takes: two legs of a humanoid with their bars have fifty."""
+    axes = np.eye(3).tolist()
+    robot = load_robot(
+        {"name": "long", "kinematics": "urdf", "joints": named([joint(axes[k % 3], (50, 10, 20)) for k in range(40)])}
+    )
+    q = np.random.default_rng(1).uniform(-1, 1, (3, 40))
+    J = robot.joint_jacobian(q)
+    for k in range(40):
+        step = np.zeros(40)
+        step[k] = 1e-6
+        assert np.abs(motion(robot.forward(q + step), robot.forward(q - step)) / 2e-6 - J[:, :, k]).max() < 1e-8
