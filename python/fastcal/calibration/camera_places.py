@@ -52,6 +52,8 @@ class CameraPlace:
         within_turn: Its turn, as `within` [rad].
         distance: Of the boards' middles from the camera [m], their median.
         point_within: A point where the boards were is placed so well [m] by the camera alone; NaN where open.
+        with_arm: It counts together with the identified arm, not with the nominal one: what the last joint is off
+            is in the camera's place.
         undetermined: Those of x, y, z, rx, ry, rz, in the camera's axes, that the motions do not show.
         axes_missing: About so many axes more the pictures' motions would have to turn.
     """
@@ -62,6 +64,7 @@ class CameraPlace:
     within_turn: float
     distance: float
     point_within: float
+    with_arm: bool
     undetermined: tuple[str, ...] = ()
     axes_missing: int = 0
 
@@ -76,9 +79,16 @@ class CameraPlace:
         where = f"camera {self.camera} on {self.frame}"
         if self.undetermined:
             return f"{where}: {', '.join(self.undetermined)} undetermined, as the pictures were taken; {self.motion}"
+        arm = ", with the arm of model.yaml" if self.with_arm else ""
+        shift, turn, point = (
+            from_si(self.within, "mm"),
+            from_si(self.within_turn, "deg"),
+            from_si(self.point_within, "mm"),
+        )
+        distance = from_si(self.distance, "mm")
         return (
-            f"{where}: known to {from_si(self.within, 'mm'):.2g} mm and {from_si(self.within_turn, 'deg'):.2g} deg, "
-            f"and a point at {from_si(self.distance, 'mm'):.0f} mm to {from_si(self.point_within, 'mm'):.2g} mm (95 %)"
+            f"{where}: known to {shift:.2g} mm and {turn:.2g} deg, and a point at {distance:.0f} mm to {point:.2g} mm "
+            f"(95 %{arm})"
         )
 
     def to_json_dict(self) -> dict[str, Any]:
@@ -91,6 +101,7 @@ class CameraPlace:
             "within_deg": from_si(self.within_turn, "deg"),
             "distance_mm": from_si(self.distance, "mm"),
             "point_within_mm": from_si(self.point_within, "mm"),
+            "with_identified_arm": self.with_arm,
             "undetermined": list(self.undetermined),
             "motion": self.motion,
         }
@@ -114,6 +125,7 @@ def camera_places(
     names, _, C = unknowns_with_covariance(found, problem.measured, own, covariance)
     at = {name: k for k, name in enumerate(names)}
     is_open = _open_directions(problem, found, own)
+    with_arm = any(i < own for i in found.free)
     out = []
     for of in hand_eyes(model.description):
         places = [at.get((f"camera {of.camera}", axis)) for axis in PLACEMENT]
@@ -121,26 +133,25 @@ def camera_places(
         if len(six) < len(PLACEMENT):
             continue  # it was given, or saw nothing
         middles = _middles(model, problem.data, of.camera)
-        out.append(_place(of.camera, of.parent, C[np.ix_(six, six)], freedom, middles, is_open[six]))
+        out.append(_place(of.camera, of.parent, C[np.ix_(six, six)], freedom, middles, is_open[six], with_arm))
     return out
 
 
 def _place(
-    camera: str, frame: str, C: FloatArray, freedom: int, middles: FloatArray, is_open: FloatArray
+    camera: str, frame: str, C: FloatArray, freedom: int, middles: FloatArray, is_open: FloatArray, with_arm: bool
 ) -> CameraPlace:
     """Of one camera: covariance (6, 6), middles of boards (M, 3) before it, and open directions (6, k)."""
     undetermined = tuple(axis for axis, part in zip(PLACEMENT, is_open, strict=True) if np.linalg.norm(part) > _SHARE)
     distance = float(np.median(np.linalg.norm(middles, axis=1)))
     if undetermined:
         missing = min(max(int(np.linalg.matrix_rank(is_open[:3], tol=_SHARE)), 1), 2)
-        return CameraPlace(camera, frame, np.nan, np.nan, distance, np.nan, undetermined, missing)
+        return CameraPlace(camera, frame, np.nan, np.nan, distance, np.nan, with_arm, undetermined, missing)
     points = []
     for p in middles:
         J = np.hstack([np.eye(3), -skew(p)])
         points.append(within(J @ C @ J.T, freedom))
-    return CameraPlace(
-        camera, frame, within(C[:3, :3], freedom), within(C[3:, 3:], freedom), distance, float(np.median(points))
-    )
+    shift, turn = within(C[:3, :3], freedom), within(C[3:, 3:], freedom)
+    return CameraPlace(camera, frame, shift, turn, distance, float(np.median(points)), with_arm)
 
 
 def within(C: FloatArray, freedom: int) -> float:

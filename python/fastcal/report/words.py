@@ -165,6 +165,8 @@ def _cameras(result: CalibrationResult) -> list[Remark]:
             distance=significant(from_si(of.distance, "mm"), 2),
             point=significant(from_si(of.point_within, "mm"), 2),
         )
+        if of.with_arm:
+            text += " " + _("That counts together with the identified arm, not with the nominal one.")
         out.append(Remark(text, False, "parameters"))
     return out
 

@@ -51,6 +51,7 @@ def test_the_bounds_hold_in_95_of_100(tmp_path: Path, monkeypatch: pytest.Monkey
     robot, data = loaded(tmp_path, monkeypatch)
     true = scene.WRIST.copy()
     true[:3, 3] /= 1e3
+    assert not found(robot, noisy(data, 0)).cameras[0].with_arm
     held = np.zeros(3, dtype=int)
     for seed in range(DRAWS):
         result = found(robot, noisy(data, seed))
@@ -128,4 +129,5 @@ def test_it_is_said_where_people_look(tmp_path: Path, capsys: pytest.CaptureFixt
     assert [of["camera"] for of in cameras] == ["wrist"]
     assert 0 < cameras[0]["within_mm"] < 1
     assert cameras[0]["undetermined"] == []
+    assert cameras[0]["with_identified_arm"]
     assert "Camera wrist on flange: known to" in (tmp_path / "out/report.html").read_text()
