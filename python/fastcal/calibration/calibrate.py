@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.alignment import align as align
 from fastcal.calibration.best_fit import Way, best_fit
 from fastcal.calibration.bounds import bounds_reached
+from fastcal.calibration.camera_places import camera_places
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.data_notes import (
     covered,
@@ -255,6 +256,7 @@ def calibrate(
         held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
         known_lengths=lengths,
+        cameras=camera_places(problem, found, covariance, freedom, result_model) if long is None else [],
         own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
     )
 

@@ -71,7 +71,7 @@ def frame_speeds(robot: Robot, data: Dataset, on: str) -> FloatArray | None:
     if data.speed is None or frame_of(on, robot.core.joint_count) == WORLD:
         return None
     step = _STEP * np.nan_to_num(data.speed)
-    before, after = (_frames(robot, data.q + sign * step, on) for sign in (-1, 1))
+    before, after = (frames_of(robot, data.q + sign * step, on) for sign in (-1, 1))
     moved = np.linalg.solve(before, after)
     turn = np.array([_core.log_so3(T[:3, :3]) for T in moved])
     shift = moved[:, :3, 3] - np.cross(turn, moved[:, :3, 3]) / 2  # of the twist, up to the square of the turn
@@ -96,9 +96,9 @@ def speeds_of_times(q: FloatArray, time: FloatArray) -> FloatArray | None:
 def gravity_in(robot: Robot, data: Dataset, on: str) -> FloatArray:
     """(N, 3) unit vectors of gravity in the axes of the frame that a camera stands on."""
     g = np.asarray(robot.description.gravity_m_s2, dtype=np.float64)
-    R = _frames(robot, data.q, on)[:, :3, :3]
+    R = frames_of(robot, data.q, on)[:, :3, :3]
     if robot.description.gravity_frame != "measuring":
-        g = _frames(robot, data.q[:1], "arm.base")[0, :3, :3] @ g
+        g = frames_of(robot, data.q[:1], "arm.base")[0, :3, :3] @ g
     return np.asarray(np.einsum("nij,i->nj", R, g / np.linalg.norm(g)))
 
 
@@ -109,7 +109,7 @@ def sag_matrix(camera: dict[str, Any]) -> FloatArray:
     return np.vstack([shift, turn])
 
 
-def _frames(robot: Robot, q: FloatArray, on: str) -> FloatArray:
+def frames_of(robot: Robot, q: FloatArray, on: str) -> FloatArray:
     """(N, 4, 4) poses of a frame of the arm as its file has it, in the measuring frame."""
     frame = frame_of(on, robot.core.joint_count)
     if frame == WORLD:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.bounds import Bound
+from fastcal.calibration.camera_places import CameraPlace
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.calibration.known_lengths import KnownLength
 from fastcal.calibration.shape import Shape
@@ -77,6 +78,7 @@ class CalibrationResult(Plotted):
         held: How the geometry of few poses was held near nominal, a sentence; empty where it was free.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
         known_lengths: Lengths between touched points that the robot file knows, beside those found.
+        cameras: How surely the place of each camera is known.
         own_freedom: (P,) degrees of freedom of the parameters' deviations, where several kinds have each its noise.
     """
 
@@ -106,6 +108,7 @@ class CalibrationResult(Plotted):
     held: str = ""
     unknowns: dict[str, FloatArray] = field(default_factory=dict)
     known_lengths: list[KnownLength] = field(default_factory=list)
+    cameras: list[CameraPlace] = field(default_factory=list)
     own_freedom: FloatArray | None = None
 
     @property
@@ -171,6 +174,7 @@ class CalibrationResult(Plotted):
             "outliers": self.outliers,
             "shape": None if self.shape is None else self.shape.to_json_dict(),
             "known_distances": [length.to_json_dict() for length in self.known_lengths],
+            "cameras": [camera.to_json_dict() for camera in self.cameras],
             "misfits": [{"kind": of.kind.name, "text": of.text} for of in self.misfits],
             "caveats": self.caveats,
             "notes": self.notes,

@@ -197,6 +197,7 @@ def _(result: CalibrationResult) -> list[str]:
     for noise in result.noise.values():
         what = "a measured coordinate" if noise.kind.name == POINTS else noise.kind.plural
         lines.append(f"noise of {what}: {noise} ({noise.note})")
+    lines += [camera.sentence for camera in result.cameras]
     if result.held:
         lines.append(result.held)
     lines.append(f"loss: {result.loss}" + ("" if result.loss == "none" else " (robust: outliers get less weight)"))

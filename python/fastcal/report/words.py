@@ -48,7 +48,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     remarks = [_unidentifiable(result)]
     if train is not None:
         remarks = [_on_test(train, test), _what_remains(train, trends), *remarks, *_outlying(result, train)]
-    remarks = [*_misfits(result), *_caveats(result), *_shape(result), *remarks]
+    remarks = [*_misfits(result), *_caveats(result), *_shape(result), *_cameras(result), *remarks]
     if result.status != "converged":
         headline = _(
             "The calibration failed: {reason}. The figures show where it stopped.", reason=result.message.rstrip(".")
@@ -135,6 +135,40 @@ def _shape(result: CalibrationResult) -> list[Remark]:
             distance=significant(from_si(shape.scaled, "mm"), 2),
         )
     return [Remark(told, False, "parameters")]
+
+
+def _cameras(result: CalibrationResult) -> list[Remark]:
+    """How surely each camera's place is known."""
+    out = []
+    for of in result.cameras:
+        if of.undetermined:
+            text = _(
+                "Camera {camera} on {frame}: {axes} undetermined, as the pictures were taken.",
+                camera=of.camera,
+                frame=of.frame,
+                axes=", ".join(of.undetermined),
+            )
+            advice = (
+                _("Turn what carries camera or board about another axis too, by 30 degrees and more.")
+                if of.axes_missing == 1
+                else _("Turn what carries camera or board about two axes across each other, by 30 degrees and more.")
+            )
+            out.append(Remark(f"{text} {advice}", True, "parameters"))
+            continue
+        text = _(
+            "Camera {camera} on {frame}: known to {shift} mm and {turn} deg, and a point at {distance} mm to {point} "
+            "mm, with 95 % probability.",
+            camera=of.camera,
+            frame=of.frame,
+            shift=significant(from_si(of.within, "mm"), 2),
+            turn=significant(from_si(of.within_turn, "deg"), 2),
+            distance=significant(from_si(of.distance, "mm"), 2),
+            point=significant(from_si(of.point_within, "mm"), 2),
+        )
+        if of.with_arm:
+            text += " " + _("That counts together with the identified arm, not with the nominal one.")
+        out.append(Remark(text, False, "parameters"))
+    return out
 
 
 def caveat_text() -> str:
