@@ -30,7 +30,7 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 
 FEWEST_RUNS = 2
-_STRAIGHT = np.deg2rad(1.0)  # a bend below this is no corner
+_STRAIGHT = 0.02  # rad; a bend below this is no corner
 _SAME_POINT = 1e-6  # m
 
 

@@ -119,7 +119,6 @@ def test_a_weak_corner_is_as_uncertain_as_its_likelihood_says() -> None:
     assert rise.min() > -(sigma**2)  # no other valley is deeper by a deviation
     inside = np.abs(at - theta[index])[rise <= 4 * sigma**2]
     assert deviation >= 0.999 * inside.max() / 2
-    assert rise[np.abs(at - theta[index]) > 3 * deviation].min() > 4 * sigma**2
 
 
 def test_the_command_writes_model_page_and_numbers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
