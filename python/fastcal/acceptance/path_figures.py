@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,9 +77,9 @@ class PathFigures:
     corners: tuple[CornerFigures, ...]
     runs: int
 
-    def to_json_dict(self) -> dict[str, object]:
+    def to_json_dict(self) -> dict[str, Any]:
         """The content of path.json, in mm and degrees."""
-        out: dict[str, object] = {
+        out: dict[str, Any] = {
             "runs": self.runs,
             "planes": len(self.along),
             "length_mm": from_si(float(self.along[-1]), "mm"),
