@@ -4,6 +4,16 @@
 
 from fastcal.acceptance.acceptance import Acceptance, accept
 from fastcal.acceptance.judgement import LIMITS
+from fastcal.acceptance.path_figures import PathFigures, PathRun, path_figures
 from fastcal.acceptance.plan import AcceptancePlan, plan_acceptance
 
-__all__ = ["LIMITS", "Acceptance", "AcceptancePlan", "accept", "plan_acceptance"]
+__all__ = [
+    "LIMITS",
+    "Acceptance",
+    "AcceptancePlan",
+    "PathFigures",
+    "PathRun",
+    "accept",
+    "path_figures",
+    "plan_acceptance",
+]

@@ -3,7 +3,7 @@
 """Compliance of the joints by the position-distance method, each with a corner only where a test finds one.
 
 RX160L paper, (11) and (12): a joint may be softer below a critical torque than above it. A fit in two pieces always
-ends somewhere; whether there is a corner is decided by `corner_p`.
+ends somewhere; whether there is a corner is decided by `corner_test`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.corner_test import corner_p
+from fastcal.calibration.corner_test import Corner, corner_test
 from fastcal.calibration.payload_pairs import PairsResult, differences, from_payload_pairs, rows_in_pairs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -92,8 +92,9 @@ def identify_compliance(
 ) -> Compliance:
     """Compliances from postures that were measured with several payloads.
 
-    The joint that is most certain to bend is given two pieces first, the others are tested again behind it, until none
-    is left that bends.
+    The joint whose corner explains most is given two pieces first, the others are tested again behind it, until none is
+    left that bends. Then each that was given two is tested behind all others, and loses them where it needs none: a
+    corner of one joint looks like one of another, as long as it is not in the model.
 
     Args:
         robot: Nominal or calibrated.
@@ -115,13 +116,15 @@ def identify_compliance(
     def fit(bent: set[int]) -> PairsResult:
         return from_payload_pairs(robot, data, effects=_effects(asked, bent, torque), threads=threads)
 
+    def tested(joint: int, bent: set[int], found: PairsResult) -> Corner:
+        return _corner(robot, data, asked, bent, joint, torque, found, threads)
+
     bent: set[int] = set()
-    p: dict[int, float] = {}
     found = fit(bent)
     while True:
-        now = {j: _corner(robot, data, asked, bent, j, torque, found, threads) for j in asked if j not in bent}
-        p |= now
-        for joint in sorted((j for j in now if now[j] < level), key=now.__getitem__):
+        now = {j: tested(j, bent, found) for j in asked if j not in bent}
+        p = {j: corner.p for j, corner in now.items()}
+        for joint in sorted((j for j in now if p[j] < level), key=lambda j: -now[j].share):
             try:
                 found = fit(bent | {joint})
             except InvalidInput:  # a corner, perhaps, but so far out that nothing tells the piece behind it
@@ -130,6 +133,13 @@ def identify_compliance(
             break
         else:
             break
+    while bent:
+        p |= {j: tested(j, bent - {j}, fit(bent - {j})).p for j in bent}
+        last = max(bent, key=p.__getitem__)
+        if p[last] < level:
+            break
+        bent.remove(last)
+        found = fit(bent)
     return Compliance(found, _curves(found, data, asked, bent, p, torque), level)
 
 
@@ -166,8 +176,8 @@ def _corner(
     torque: str,
     found: PairsResult,
     threads: int,
-) -> float:
-    """P of a corner of one joint, the others as they were found."""
+) -> Corner:
+    """The test of one joint, the others as they were found."""
     ready, problem = differences(robot, data, _effects(joints, bent | {joint}, torque), threads)
     model = ready.model
     own = len(model.robot.parameters)
@@ -192,7 +202,7 @@ def _corner(
     J = problem.jacobian(theta)
     straight = [k for k in range(len(effects)) if k not in (low, high, critical)]
     A = np.column_stack([J[:, straight], J[:, low] + J[:, high]])
-    return corner_p(problem.residuals(theta), A, np.column_stack(columns), problem.freedom() + 2)
+    return corner_test(problem.residuals(theta), A, np.column_stack(columns), problem.freedom() + 2)
 
 
 def _curves(

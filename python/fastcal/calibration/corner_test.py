@@ -8,6 +8,8 @@ Without a corner its place means nothing, so that the F statistic of the best pl
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,8 +19,21 @@ DRAWS = 20_000
 _NOTHING = 1e-6  # of a column: what is left of it behind the others is no direction of its own
 
 
-def corner_p(r: FloatArray, A: FloatArray, B: FloatArray, freedom: int, seed: int = 0) -> float:
-    """Chance of a largest F at least as large as the one seen, without a corner and with normal noise.
+class Corner(NamedTuple):
+    """What points to a corner.
+
+    Attributes:
+        p: Chance of a largest F at least as large as the one seen, without a corner and with normal noise: between
+            1 / (DRAWS + 1) and 1; 1 where no place adds anything.
+        share: Of |r|^2, what the best place explains.
+    """
+
+    p: float
+    share: float
+
+
+def corner_test(r: FloatArray, A: FloatArray, B: FloatArray, freedom: int, seed: int = 0) -> Corner:
+    """Is there a corner?
 
         F_c = z_c^2 / ((|r|^2 - z_c^2) / (freedom - 1)),   z_c = u_c . r,   u_c = b_c behind A, of length 1
 
@@ -28,9 +43,6 @@ def corner_p(r: FloatArray, A: FloatArray, B: FloatArray, freedom: int, seed: in
         B: (n, c) the column that a corner adds, for each place that is tried.
         freedom: Of r: measured numbers less what was fitted.
         seed: Of the draws.
-
-    Returns:
-        Between 1 / (DRAWS + 1) and 1; 1 where no place adds anything.
     """
     length = np.linalg.norm(A, axis=0)
     Q, triangle = np.linalg.qr(A[:, length > 0] / length[length > 0])
@@ -39,7 +51,7 @@ def corner_p(r: FloatArray, A: FloatArray, B: FloatArray, freedom: int, seed: in
     sizes, whole = np.linalg.norm(behind, axis=0), np.linalg.norm(B, axis=0)
     kept = sizes > _NOTHING * np.maximum(whole, np.finfo(float).tiny)
     if not kept.any() or freedom < 2:
-        return 1.0
+        return Corner(1.0, 0.0)
     U = behind[:, kept] / sizes[kept]
     r = r - Q @ (Q.T @ r)
     seen = float(np.max((U.T @ r) ** 2) / (r @ r))
@@ -51,4 +63,4 @@ def corner_p(r: FloatArray, A: FloatArray, B: FloatArray, freedom: int, seed: in
     inside = random.standard_normal((DRAWS, root.shape[1]))
     outside = random.chisquare(max(freedom - root.shape[1], 1), DRAWS)
     largest = np.max((inside @ root.T) ** 2, axis=1) / (np.sum(inside**2, axis=1) + outside)
-    return float((1 + np.sum(largest >= seen)) / (1 + DRAWS))  # F rises with z^2 / |r|^2
+    return Corner(float((1 + np.sum(largest >= seen)) / (1 + DRAWS)), seen)  # F rises with z^2 / |r|^2

@@ -12,7 +12,7 @@ mean, so that no row is used twice, and the answer is the whole model's, at equi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +35,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 SAME_POSTURE = 1e-6  # [rad, m] joint positions that agree to this are one posture
+_ALONG = np.linspace(0.01, 0.99, 99)  # quantiles of the loads: where a corner's likelihood is looked at
+_SURE = 2.0  # deviations: a corner's reaches half as far as its likelihood is within this many
 _UNDETERMINED = 1e-9  # of the largest singular value: a direction that the differences do not determine
 
 
@@ -245,7 +247,9 @@ def solve(problem: Differences, corners: list[Corners]) -> tuple[FloatArray, Flo
             fit(theta, straight),
             lambda there: remaining(problem.jacobian(there)[:, straight], problem.residuals(there)),
         )
-    theta = fit(theta, list(range(len(effects))))
+    everything = list(range(len(effects)))
+    theta = fit(theta, everything)
+    theta = deepest(problem, theta, corners, lambda there: fit(there, everything))
     J = problem.jacobian(theta) * scale
     _, singular, directions = np.linalg.svd(J, full_matrices=False)
     if singular[-1] <= _UNDETERMINED * singular[0]:
@@ -254,4 +258,51 @@ def solve(problem: Differences, corners: list[Corners]) -> tuple[FloatArray, Flo
     r = problem.residuals(theta)
     sigma = float(np.sqrt(r @ r / problem.freedom()))
     root = (directions.T / singular) * scale[:, None] * sigma
+    root *= widening(problem, theta, corners, np.linalg.norm(root, axis=1), sigma)[:, None]
     return theta, root @ root.T, sigma
+
+
+def deepest(
+    problem: Differences, theta: FloatArray, corners: list[Corners], fit: Callable[[FloatArray], FloatArray]
+) -> FloatArray:
+    """The fit, or the one that begins in a valley of a corner's profile that is deeper."""
+    for group in corners:
+        for index in group.indices:
+            at, rise = profile(problem, theta, index, group.loads)
+            if rise.min() < 0:
+                there = theta.copy()
+                there[index] = at[np.argmin(rise)]
+                theta = min((theta, fit(there)), key=lambda t: float(np.sum(problem.residuals(t) ** 2)))
+    return theta
+
+
+def widening(
+    problem: Differences, theta: FloatArray, corners: list[Corners], deviation: FloatArray, sigma: float
+) -> FloatArray:
+    """(P,) by how much the linear deviations (P,) of the effects' parameters are too small, for corners: 1 or more."""
+    own = len(problem.model.robot.parameters)
+    out = np.ones(len(deviation))
+    for group in corners:
+        for index in group.indices:
+            at, rise = profile(problem, theta, index, group.loads)
+            reach = np.max(np.abs(at - theta[index])[rise <= (_SURE * sigma) ** 2], initial=0.0)
+            out[index - own] = max(1.0, float(reach) / _SURE / deviation[index - own])
+    return out
+
+
+def profile(problem: Differences, theta: FloatArray, index: int, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rise of the sum of squares [m^2] with a corner elsewhere, all else fitted anew: places (K,) [N m], rises (K,).
+
+    This curve, not its curvature at the bottom, says how far off a corner may be: rows change piece as it moves, and a
+    weak one has more than one valley.
+    """
+    own = len(problem.model.robot.parameters)
+    others = [k for k in range(len(theta) - own) if k != index - own]
+    least = float(np.sum(problem.residuals(theta) ** 2))
+    at = np.unique(np.quantile(loads, _ALONG))
+    rises = []
+    for place in at:
+        there = theta.copy()
+        there[index] = place
+        rises.append(remaining(problem.jacobian(there)[:, others], problem.residuals(there)) - least)
+    return at, np.array(rises)

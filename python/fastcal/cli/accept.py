@@ -55,6 +55,10 @@ def accept(
     targets: Annotated[
         Path | None, typer.Option(metavar="PLAN", help="The plan's file: what was commanded, and which pose it was.")
     ] = None,
+    path: Annotated[
+        Path | None,
+        typer.Option(metavar="CORNERS", help="DATA are recorded paths, a run a file, along lines through these poses."),
+    ] = None,
     tolerance_mm: Annotated[
         float | None, typer.Option(metavar="T", help="Limit of AP, the accuracy of each pose.")
     ] = None,
@@ -80,9 +84,9 @@ def accept(
 
     robot = load_robot(model)
     if plan:
-        if data or targets or tolerance_mm or limit or budget:
+        if data or targets or path or tolerance_mm or limit or budget:
             raise InvalidInput(
-                "--plan takes no DATA, --targets, --tolerance-mm, --limit or --budget: nothing is judged"
+                "--plan takes no DATA, --targets, --path, --tolerance-mm, --limit or --budget: nothing is judged"
             )
         if language is None:
             raise InvalidInput("--plan needs --language rapid, krl, fanuc or urscript")
@@ -103,6 +107,11 @@ def accept(
                 "speed": speed_percent / 100,
             },
         )
+        return
+    if path is not None:
+        if targets or tolerance_mm or limit or budget:
+            raise InvalidInput("--path takes no --targets, --tolerance-mm, --limit or --budget: nothing is judged")
+        _judge_path(robot, data or [], path, output)
         return
     if not data:
         raise InvalidInput("expected DATA to judge, or --plan to write the program")
@@ -143,6 +152,36 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
             "files": list(map(str, files)),
         }
     )
+
+
+def _judge_path(robot: Robot, data: list[Path], corners: Path, output: Path) -> None:
+    """Accuracy and repeatability of recorded paths."""
+    import numpy as np
+
+    from fastcal.acceptance import path_figures
+    from fastcal.errors import InvalidInput
+    from fastcal.io.folder import check_folder
+    from fastcal.io.recorded_path import load_run
+    from fastcal.io.targets import load_targets
+    from fastcal.report.measured_path_report import FILES, write_measured_path
+    from fastcal.units import from_si
+
+    check_folder(output, FILES)
+    poses = load_targets(corners, robot).poses
+    if not np.isfinite(poses).all():
+        row = int(np.argmin(np.isfinite(poses).all(axis=(1, 2))))
+        raise InvalidInput(f"{corners}: data row {row} holds no pose; expected the corners of the path")
+    kept = np.abs(poses[:, :3, :3] - poses[0, :3, :3]).max() < 1e-9
+    runs = [load_run(file) for file in data]
+    found = path_figures(poses[:, :3, 3], runs, rotation=poses[0, :3, :3] if kept else None)
+    write_measured_path(found, robot.name, output)
+    content = found.to_json_dict()
+    say(f"{found.runs} runs: AT {content['AT_mm']:.4f} mm, RT {content['RT_mm']:.4f} mm")
+    for corner in found.corners:
+        rounding, overshoot = (from_si(float(value), "mm") for value in (corner.rounding, corner.overshoot))
+        say(f"corner {corner.corner}: rounding {rounding:.4f} mm, overshoot {overshoot:.4f} mm")
+    say(str(output / "report.html"))
+    emit(content)
 
 
 def _judge(

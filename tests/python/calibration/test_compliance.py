@@ -14,8 +14,9 @@ from scipy import stats
 
 import fastcal
 from fastcal.calibration.compliance import curve, identify_compliance, torques_of
-from fastcal.calibration.corner_test import corner_p
-from fastcal.calibration.payload_pairs import from_payload_pairs, rows_in_pairs
+from fastcal.calibration.corner_test import Corner, corner_test
+from fastcal.calibration.critical_loads import open_corners
+from fastcal.calibration.payload_pairs import differences, from_payload_pairs, profile, rows_in_pairs, solve
 from fastcal.cli import main
 from fastcal.report.compliance_report import compliance_page
 from fastcal.robot.robot import Robot
@@ -62,14 +63,14 @@ def test_the_chance_of_a_corner_is_uniform_where_there_is_none() -> None:
     for _ in range(400):
         r = random.standard_normal(60)
         r -= A[:, 0] * (A[:, 0] @ r) / (A[:, 0] @ A[:, 0])
-        found.append(corner_p(r, A, B, 59))
+        found.append(corner_test(r, A, B, 59).p)
         behind = B - A * (A.T @ B) / (A.T @ A)
         z = (behind.T @ r) ** 2 / np.sum(behind**2, axis=0)
         plain.append(stats.f.sf(z.max() / ((r @ r - z.max()) / 58), 1, 58))
     assert stats.kstest(found, "uniform").pvalue > 0.01
     assert np.mean(np.array(found) < 0.05) == pytest.approx(0.05, abs=0.03)
     assert np.mean(np.array(plain) < 0.05) > 0.09
-    assert corner_p(np.zeros(3) + 1.0, np.eye(3), np.ones((3, 2)), 5) == 1.0
+    assert corner_test(np.zeros(3) + 1.0, np.eye(3), np.ones((3, 2)), 5) == Corner(1.0, 0.0)
 
 
 def test_no_joint_is_given_a_corner_that_is_not_there() -> None:
@@ -100,6 +101,24 @@ def test_the_corner_that_is_there_is_found_and_the_fit_is_that_of_payload_pairs(
     assert own.torque == pytest.approx(torques_of(found.pairs.model, rows, "payload")[:, 4])
     off = np.degrees(own.angle) - curve(found, "joint5", own.torque)
     assert 0 < np.sqrt(np.mean(off**2)) < np.degrees(5e-6 / 0.1)
+
+
+def test_a_weak_corner_is_as_uncertain_as_its_likelihood_says() -> None:
+    """Two valleys: the curvature at the bottom of one would claim less than half of the true deviation."""
+    arm = true_arm(True)
+    q = np.repeat(fastcal.random_poses(arm, 40, seed=4), len(PAYLOADS), axis=0)
+    data = fastcal.simulate(arm, q, payload=np.tile(PAYLOADS, 40), noise=6e-5, seed=4)
+    effects = ["joint_compliance_nonlinear@joint5:torque=payload"]
+    ready, problem = differences(arm.with_(effects=[]), data, effects, 1)
+    corners = open_corners(ready.robot, ready.model, ready.samples)
+    theta, covariance, sigma = solve(problem, corners)
+    (index,) = corners[0].indices
+    at, rise = profile(problem, theta, index, corners[0].loads)
+    own = len(ready.model.robot.parameters)
+    deviation = np.sqrt(covariance[index - own, index - own])
+    assert rise.min() > -(sigma**2)  # no other valley is deeper by a deviation
+    inside = np.abs(at - theta[index])[rise <= 4 * sigma**2]
+    assert deviation >= 0.999 * inside.max() / 2
 
 
 def test_the_command_writes_model_page_and_numbers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -182,3 +182,25 @@ def test_a_plan_is_simulated_without_warnings(shop: Path, tmp_path: Path, capsys
     arguments = ["simulate", str(shop / "arm.yaml"), str(shop / "iso_plan.csv"), "--noise-mm", "0.02"]
     assert main([*arguments, "-o", str(tmp_path / "measured.csv")]) == 0
     assert "warning" not in capsys.readouterr().err
+
+
+def test_recorded_paths_give_their_accuracy_and_repeatability(fastcal, tmp_path: Path) -> None:
+    """Runs 0.3 mm beside the path, by 0.1 mm to either side of that in turns."""
+    head, pose = "x_mm,y_mm,z_mm,qw,qx,qy,qz\n", ",300,1,0,0,0\n"
+    (tmp_path / "corners.csv").write_text(head + f"400,0{pose}600,0{pose}600,200{pose}")
+    files = []
+    for k, side in enumerate((0.2, 0.4, 0.2, 0.4)):
+        points = [(x, side) for x in range(400, 601)] + [(600 - side, y) for y in range(1, 202)]
+        files.append(tmp_path / f"run{k}.csv")
+        files[-1].write_text(head + "".join(f"{x},{y}{pose}" for x, y in points))
+    done = fastcal("accept", "ur5", *files, "--path", tmp_path / "corners.csv", "-o", tmp_path / "out")
+    assert done.code == 0, done.err
+    found = json.loads((tmp_path / "out" / "path.json").read_text())
+    assert found["AT_mm"] == pytest.approx(0.3, abs=1e-9)
+    assert found["RT_mm"] == pytest.approx(0.1, abs=1e-9)  # every l is 0.1, their S is 0
+    assert found["AT_rz_deg"] == pytest.approx(0, abs=1e-9)
+    assert [corner["corner"] for corner in found["corners"]] == [2]
+    assert "Measured path" in (tmp_path / "out" / "report.html").read_text()
+    said = fastcal("accept", "ur5", files[0], "--path", tmp_path / "corners.csv", "-o", tmp_path / "other")
+    assert said.code == 2
+    assert "at least 2 points and 2 runs" in said.err
