@@ -78,6 +78,21 @@ class Point:
     known: Known = Known()
 
 
+@dataclass(frozen=True)
+class Distance:
+    """A length between two frames that is known beforehand, as of a bar: `known_distances` of the file."""
+
+    start: str
+    end: str
+    mm: float
+    sigma_mm: float
+
+    @property
+    def view(self) -> str:
+        """As the core names what is read of one frame from another."""
+        return f"{self.start}:{self.end}"
+
+
 @dataclass(frozen=True, eq=False)
 class Cell:
     """Arms and points, in the order of the file; each stands on the world or on something of the cell."""
@@ -85,6 +100,7 @@ class Cell:
     name: str
     arms: tuple[Arm, ...]
     points: tuple[Point, ...] = ()
+    distances: tuple[Distance, ...] = ()
 
     def arm(self, name: str) -> Arm:
         """The arm of this name."""
@@ -134,4 +150,4 @@ class Cell:
             return replace(arm, robot=Robot.keeping(spec))
 
         points = tuple(replace(of, place=frame_spec(places[of.name])) for of in self.points)
-        return Cell(self.name, tuple(map(arm_there, self.arms)), points)
+        return replace(self, arms=tuple(map(arm_there, self.arms)), points=points)
