@@ -58,7 +58,7 @@ def priors(cell: Cell, asked: list[int], sizes: float | None) -> dict[str, Any]:
         sizes: Hold the geometry of the arms within so many plausible sizes of where it is; None: not at all.
     """
     core = cell.core
-    parameters, mean = core.parameters, np.asarray(core.nominal)
+    parameters, mean = core.parameters, np.asarray(cell.model.start)
     sigma = np.full(len(mean), np.inf)
     for branch in core.branches:
         known = cell.known(branch.name)

@@ -91,8 +91,9 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     placed = tuple(Point(of.name, of.role, stands_on(of.on), of.place, of.known) for of in points)
     cell = Cell(name, arms, placed, distances)
     try:
+        core = cell.core
         for known in distances:
-            _ = cell.core.frame(known.start), cell.core.frame(known.end)
+            _ = core.frame(known.start), core.frame(known.end)
     except InvalidInput as error:
         raise ParseError(str(error), path) from None
     return cell
