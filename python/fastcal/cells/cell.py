@@ -158,8 +158,8 @@ class Cell:
             own = theta[branch.first_parameter : branch.first_parameter + branch.parameter_count]
             model = arm.robot.error_model
             theta_arm = np.concatenate([own, np.asarray(model.start)[len(own) :]])
-            spec = identified_spec(arm.robot, model, Values(theta_arm)) | {"effects": arm.robot.spec.get("effects", [])}
-            return replace(arm, robot=Robot.keeping(spec))
+            robot = Robot.keeping(identified_spec(arm.robot, model, Values(theta_arm)))
+            return replace(arm, robot=robot.with_(effects=arm.robot.entries) if robot.entries else robot)
 
         points = tuple(replace(of, place=frame_spec(places[of.name])) for of in self.points)
         return replace(self, arms=tuple(map(arm_there, self.arms)), points=points)
