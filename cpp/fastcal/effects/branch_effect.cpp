@@ -85,7 +85,7 @@ class AnyOnBranch : public OnBranch<Effect> {
 
 class LinearOnBranch : public OnBranch<LinearEffect> {
  public:
-  LinearOnBranch(std::shared_ptr<const LinearEffect> effect, const Branch& branch, Chain chain)
+  LinearOnBranch(const std::shared_ptr<const LinearEffect>& effect, const Branch& branch, Chain chain)
       : OnBranch(effect, branch, std::move(chain)), linear_(*effect) {}
 
   void basis(const State& state, TwistColumns& columns) const override {
@@ -110,7 +110,7 @@ std::shared_ptr<const Effect> on_branch(std::shared_ptr<const Effect> effect, co
   FASTCAL_CHECK(!effect->is_weight() && (effect->needs() & kBending) == 0)
       << "an effect of " << name << "." << owner << " changes weights or beams, which is for an arm that stands alone";
   if (auto linear = std::dynamic_pointer_cast<const LinearEffect>(effect); linear != nullptr)
-    return std::make_shared<LinearOnBranch>(std::move(linear), *found, arm.chain());
+    return std::make_shared<LinearOnBranch>(linear, *found, arm.chain());
   return std::make_shared<AnyOnBranch>(std::move(effect), *found, arm.chain());
 }
 
