@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The fastcal authors
 // SPDX-License-Identifier: MIT
 #include "convert.hpp"
+#include "fastcal/effects/branch_effect.hpp"
 #include "fastcal/effects/effect.hpp"
 #include "fastcal/effects/owners.hpp"
 #include "fastcal/effects/registry.hpp"
@@ -126,6 +127,12 @@ void bind_effects(py::module_& m) {
       },
       py::arg("name"), py::arg("robot"), py::arg("owner"), py::arg("options") = Options(),
       "The effect of one owner; InvalidInput names what is wrong.");
+  m.def(
+      "on_branch",
+      [](const std::shared_ptr<Effect>& effect, const RobotModel& tree, const std::string& name,
+         const RobotModel& arm) { return std::const_pointer_cast<Effect>(on_branch(effect, tree, name, arm)); },
+      py::arg("effect"), py::arg("tree"), py::arg("name"), py::arg("arm"),
+      "An effect made for an arm alone, on the arm of this name in a cell; InvalidInput where it cannot be.");
   m.def(
       "tabulated_effect",
       [](const RobotModel& robot, const std::string& owner,

@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Branch', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Loop', 'Measurements', 'Member', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'join', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'read_urdf_tree', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Branch', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Loop', 'Measurements', 'Member', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'join', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'on_branch', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'read_urdf_tree', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -930,6 +930,10 @@ def observation_entry(name: str) -> ObservationEntry:
 def observation_names() -> list[str]:
     """
     Names of all kinds of observation, sorted.
+    """
+def on_branch(effect: Effect, tree: RobotModel, name: str, arm: RobotModel) -> Effect:
+    """
+    An effect made for an arm alone, on the arm of this name in a cell; InvalidInput where it cannot be.
     """
 def posture_obstacles(robot: RobotModel, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, keep_out: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]]], region: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]] | None = None, tracker: Tracker | None = None, link_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> list[int]:
     """

@@ -4,6 +4,7 @@
 // A length from an unknown anchor to the tool: wire, ball-bar, interferometer.
 //   r = |p - a| - L [m]; the anchor's place a (three numbers in the measuring frame) is identified.
 // Start: |p|^2 - 2 p.a + |a|^2 = L^2 is linear in [a, |a|^2].
+// Between two frames of a cell, as a bar that two arms hold: r = |p_a - p_b| - L, without unknowns.
 #include <cmath>
 
 #include "fastcal/math/check.hpp"
@@ -84,6 +85,42 @@ class Length : public Observation {
   std::vector<Parameter> parameters_;
 };
 
+class Span : public Observation {
+ public:
+  Span(Eigen::VectorXd length, Eigen::VectorXd sigma, ViewedTable of)
+      : length_(std::move(length)), sigma_(std::move(sigma)), of_(std::move(of)) {
+    FASTCAL_CHECK(!(length_.array() < 0).any()) << "distance" << of_.suffix << ": a length must not be negative";
+  }
+
+  std::string name() const override { return "length" + of_.suffix; }
+  const std::vector<std::string>& components() const override {
+    static const std::vector<std::string> names{"length"};
+    return names;
+  }
+  std::string unit() const override { return "m"; }
+  std::string field() const override { return "distance" + of_.suffix; }
+  std::vector<int> frames() const override { return frames_of(of_.view); }
+  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
+  bool claims_sigma() const override { return sigma_.size() > 0; }
+  bool shows_base() const override { return of_.view.sensor == kWorldFrame; }
+
+  void compare(Eigen::Index row, const Sights& sights, const double*, Comparison& out) const override {
+    if (std::isnan(length_[row])) return;
+    const bool from_frame = of_.view.sensor != kWorldFrame;
+    const Eigen::Vector3d line = from_frame ? (sights[0].p - sights[1].p).eval() : sights[0].p;
+    const double length = line.norm();
+    out.present[0] = true;
+    out.r[0] = length - length_[row];
+    const Eigen::Vector3d along = length > 0 ? (line / length).eval() : Eigen::Vector3d::UnitX();
+    out.by_frame[0].topLeftCorner<1, 3>() = along.transpose();
+    if (from_frame) out.by_frame[1].topLeftCorner<1, 3>() = -along.transpose();
+  }
+
+ private:
+  Eigen::VectorXd length_, sigma_;
+  ViewedTable of_;
+};
+
 }  // namespace
 
 FASTCAL_REGISTER_OBSERVATION(
@@ -94,15 +131,22 @@ FASTCAL_REGISTER_OBSERVATION(
                 {"sigma_position", FieldRole::kSigma, {"sigma_x", "sigma_y", "sigma_z"}, "length", "mm"}},
      .note = "",
      .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
-       const RowMatrixXd* measured = tables.find("distance", 1);
-       if (measured == nullptr) return {};
-       const Labels* anchors = tables.find_labels("anchor");
-       FASTCAL_CHECK(anchors != nullptr) << "lengths need an anchor in every row";
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return !std::isnan((*measured)(i, 0)); });
-       return {std::make_shared<Length>(measured->col(0), *anchors,
-                                        sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                        robot.view().target)};
+       std::vector<std::shared_ptr<const Observation>> out;
+       for (const ViewedTable& of : tables.views("distance", robot)) {
+         const RowMatrixXd* measured = tables.find("distance" + of.suffix, 1);
+         if (measured == nullptr) continue;
+         const RowMatrixXd* claimed = tables.find_sigma("sigma_position" + of.suffix, 3,
+                                                        [&](Eigen::Index i) { return !std::isnan((*measured)(i, 0)); });
+         Eigen::VectorXd sigma = claimed == nullptr ? Eigen::VectorXd() : claimed->col(0).eval();
+         if (!of.suffix.empty()) {
+           out.push_back(std::make_shared<Span>(measured->col(0), std::move(sigma), of));
+           continue;
+         }
+         const Labels* anchors = tables.find_labels("anchor");
+         FASTCAL_CHECK(anchors != nullptr) << "lengths need an anchor in every row";
+         out.push_back(std::make_shared<Length>(measured->col(0), *anchors, std::move(sigma), robot.view().target));
+       }
+       return out;
      }})
 
 }  // namespace fastcal

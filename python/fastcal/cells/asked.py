@@ -24,9 +24,10 @@ def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
     base that stands on a fork of one URDF is the origin of its first joint.
     """
     core, parameters = cell.core, cell.core.parameters
-    between = _frames_between(core, readings.views)
-    turned = {name.partition("@")[2].partition(":")[0] for name in readings.tables if name.startswith("rotation@")}
-    sensors = {view.partition(":")[2] for view in readings.views}
+    between = _frames_between(core, [*readings.views, *(known.view for known in cell.distances)])
+    kinds = [name.partition("@") for name in readings.tables]
+    turned = {view.partition(":")[0] for kind, _, view in kinds if kind == "rotation"}
+    sensors = {view.partition(":")[2] for kind, _, view in kinds if kind in ("position", "rotation")}
     poses = {arm.name for arm in cell.arms if arm.of_poses}
     out = []
     for branch in core.branches:
@@ -57,7 +58,7 @@ def priors(cell: Cell, asked: list[int], sizes: float | None) -> dict[str, Any]:
         sizes: Hold the geometry of the arms within so many plausible sizes of where it is; None: not at all.
     """
     core = cell.core
-    parameters, mean = core.parameters, np.asarray(core.nominal)
+    parameters, mean = core.parameters, np.asarray(cell.model.start)
     sigma = np.full(len(mean), np.inf)
     for branch in core.branches:
         known = cell.known(branch.name)

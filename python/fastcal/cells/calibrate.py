@@ -125,7 +125,7 @@ def calibrate_cell(
         nominal=start,
         status=found.status,
         message=found.message,
-        parameters=_parameter_table(found, np.asarray(start.core.nominal)),
+        parameters=_parameter_table(found, np.asarray(start.model.start)),
         unidentifiable=[
             Unidentifiable(text, [names[i] for i in parts])
             for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.effects.entries import conditions_read, label, own_columns
+from fastcal.effects.values import parameter_values
 from fastcal.errors import InvalidInput
 from fastcal.place import joint_position
 from fastcal.robot.core_model import pose
@@ -78,6 +80,21 @@ class Point:
     known: Known = Known()
 
 
+@dataclass(frozen=True)
+class Distance:
+    """A length between two frames that is known beforehand, as of a bar: `known_distances` of the file."""
+
+    start: str
+    end: str
+    mm: float
+    sigma_mm: float
+
+    @property
+    def view(self) -> str:
+        """As the core names what is read of one frame from another."""
+        return f"{self.start}:{self.end}"
+
+
 @dataclass(frozen=True, eq=False)
 class Cell:
     """Arms and points, in the order of the file; each stands on the world or on something of the cell."""
@@ -85,6 +102,7 @@ class Cell:
     name: str
     arms: tuple[Arm, ...]
     points: tuple[Point, ...] = ()
+    distances: tuple[Distance, ...] = ()
 
     def arm(self, name: str) -> Arm:
         """The arm of this name."""
@@ -100,10 +118,18 @@ class Cell:
 
     @cached_property
     def model(self) -> _core.ErrorModel:
-        """The tree as a model without effects."""
-        if effects := [arm.name for arm in self.arms if arm.robot.effects]:
-            raise InvalidInput(f"arm {effects[0]} has effects, and arms of a cell are identified by geometry alone")
-        return _core.ErrorModel(self.core)
+        """The tree with the effects of its arms, as their files have them."""
+        effects, values = [], []
+        for arm in self.arms:
+            for entry, effect in zip(arm.robot.entries, arm.robot.effects, strict=True):
+                if needed := [*own_columns(entry), *conditions_read(entry, effect)]:
+                    raise InvalidInput(
+                        f"arm {arm.name}: {label(entry)} follows {needed[0]}, and postures of a cell have joint "
+                        "positions alone"
+                    )
+                effects.append(_core.on_branch(effect, self.core, arm.name, arm.robot.core))
+                values += parameter_values(entry, effect)
+        return _core.ErrorModel(self.core, effects, np.asarray(values, dtype=float))
 
     @cached_property
     def joint_columns(self) -> list[tuple[str, ...]]:
@@ -123,15 +149,17 @@ class Cell:
         return next(of.known for of in members if of.name == name)
 
     def with_values(self, theta: FloatArray) -> Cell:
-        """The cell with other values (P,) of the tree's parameters, SI."""
-        branches = {branch.name: branch for branch in self.core.branches}
+        """The cell with other values (P,) of the tree's parameters, SI; effects of arms stay as they are."""
+        branches, theta = {branch.name: branch for branch in self.core.branches}, theta[: len(self.core.nominal)]
         places = dict(zip(branches, self.core.placements(theta), strict=True))
 
         def arm_there(arm: Arm) -> Arm:
             branch = branches[arm.name]
             own = theta[branch.first_parameter : branch.first_parameter + branch.parameter_count]
-            spec = identified_spec(arm.robot, arm.robot.error_model, Values(own))
-            return replace(arm, robot=Robot.keeping(spec))
+            model = arm.robot.error_model
+            theta_arm = np.concatenate([own, np.asarray(model.start)[len(own) :]])
+            robot = Robot.keeping(identified_spec(arm.robot, model, Values(theta_arm)))
+            return replace(arm, robot=robot.with_(effects=arm.robot.entries) if robot.entries else robot)
 
         points = tuple(replace(of, place=frame_spec(places[of.name])) for of in self.points)
-        return Cell(self.name, tuple(map(arm_there, self.arms)), points)
+        return replace(self, arms=tuple(map(arm_there, self.arms)), points=points)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.cells.cell import Cell
+from fastcal.cells.cell import Cell, Distance
+from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
 
@@ -50,4 +51,20 @@ class Readings:
 
     def measured(self, cell: Cell) -> _core.Measurements:
         """What was read, for the core. InvalidInput where it names a frame that the cell does not have."""
-        return _core.Measurements(cell.core, len(self), self.tables)
+        tables = dict(self.tables)
+        for known in cell.distances:
+            tables |= _known(cell, known, len(self))
+        return _core.Measurements(cell.core, len(self), tables)
+
+
+def _known(cell: Cell, known: Distance, rows: int) -> dict[str, FloatArray]:
+    """A known distance as readings, which count once together: its error is the same in all postures.
+
+    Ends that stand on one frame are as far apart in the first posture as in any.
+    """
+    ends = [next((of.on for of in cell.points if of.name == end), end) for end in (known.start, known.end)]
+    read = 1 if ends[0] == ends[1] else rows
+    length = np.full((rows, 1), np.nan)
+    length[:read] = to_si(known.mm, "mm")
+    sigma = np.full((rows, 3), to_si(known.sigma_mm, "mm") * np.sqrt(max(read, 1)))
+    return {f"distance@{known.view}": length, f"sigma_position@{known.view}": sigma}

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from fastcal.cells.cell import Arm, Cell, Known, Point
+from fastcal.cells.cell import Arm, Cell, Distance, Known, Point
 from fastcal.cells.pose_arm import POSE, pose_arm
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
 from fastcal.io.fields import Fields
+from fastcal.io.known_distances import check_known_distance
 from fastcal.io.regular_file import is_file
 from fastcal.io.robot_file import read_spec
 from fastcal.io.robot_schema import Spec, check_spec
@@ -73,6 +74,7 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     if not entries:
         top.refuse("arms", "expected at least one arm, got none")
     points = [_point(key, role, fields) for role in ("target", "sensor") for key, fields in _members(top, f"{role}s")]
+    distances = _distances(top)
     top.done()
     names = [entry.name for entry in entries] + [point.name for point in points]
     for twice in sorted({each for each in names if names.count(each) > 1}):
@@ -87,12 +89,28 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
 
     arms = tuple(replace(chain.arm, on=stands_on(chain.arm.on)) for chain in chains)
     placed = tuple(Point(of.name, of.role, stands_on(of.on), of.place, of.known) for of in points)
-    cell = Cell(name, arms, placed)
+    cell = Cell(name, arms, placed, distances)
     try:
-        _ = cell.core
+        core = cell.core
+        for known in distances:
+            _ = core.frame(known.start), core.frame(known.end)
     except InvalidInput as error:
         raise ParseError(str(error), path) from None
     return cell
+
+
+def _distances(top: Fields) -> tuple[Distance, ...]:
+    """`known_distances`, between targets, sensors or frames of arms."""
+    given = top.take("known_distances", [])
+    if not isinstance(given, list):
+        top.fail("known_distances", "a list of {from, to, mm, sigma_mm}", given)
+    out = []
+    for i, entry in enumerate(given):
+        found = check_known_distance(fields := Fields(entry, f"known_distances[{i}]", top.path))
+        if found["from"] == found["to"]:
+            fields.refuse("to", f"expected another frame than '{found['from']:.60}'")
+        out.append(Distance(found["from"], found["to"], found["mm"], found["sigma_mm"]))
+    return tuple(out)
 
 
 def cell_text(cell: Cell, comment: str = "") -> str:
@@ -105,6 +123,10 @@ def cell_text(cell: Cell, comment: str = "") -> str:
     for role in ("target", "sensor"):
         if members := {of.name: _where(of.on, of.place, of.known) for of in cell.points if of.role == role}:
             content[f"{role}s"] = members
+    if cell.distances:
+        content["known_distances"] = [
+            {"from": of.start, "to": of.end, "mm": of.mm, "sigma_mm": of.sigma_mm} for of in cell.distances
+        ]
     return "".join(f"# {line}\n" for line in comment.splitlines()) + yaml_text(content)
 
 

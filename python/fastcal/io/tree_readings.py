@@ -3,7 +3,7 @@
 """Postures of a cell and readings of its targets out of a CSV, Parquet or Excel file.
 
 Joints are columns ARM.q1_deg or a URDF's own names with their unit; readings x_mm@TARGET (from the world) or
-x_mm@TARGET:SENSOR, qw@..., sigma_mm@...
+x_mm@TARGET:SENSOR, distance_mm@TARGET:TARGET, qw@..., sigma_mm@...
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ FloatArray = NDArray[np.float64]
 _READ: dict[str, tuple[str, int, str | None]] = {
     **{axis: ("position", i, "length") for i, axis in enumerate("xyz")},
     **{f"q{part}": ("rotation", i, None) for i, part in enumerate("wxyz")},
+    "distance": ("distance", 0, "length"),
     **{f"sigma_{axis}": ("sigma_position", i, "length") for i, axis in enumerate("xyz")},
     "sigma": ("sigma_position", -1, "length"),  # of all three
     "sigma_rot": ("sigma_rotation", 0, "angle"),
 }
-_WIDTH = {"position": 3, "rotation": 4, "sigma_position": 3, "sigma_rotation": 1}
+_WIDTH = {"position": 3, "distance": 1, "rotation": 4, "sigma_position": 3, "sigma_rotation": 1}
 _UNIT_LENGTH = 1e-2  # of a quaternion, that is then made one
 
 
