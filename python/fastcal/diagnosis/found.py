@@ -263,9 +263,10 @@ class Found:
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
         unsure = self.told.unsure.get(repr(name))
         beside = [(proofs[k], other) for k, other in enumerate(self.best.names) if k != at]
-        weak = () if unsure else grading.may_be_another(proof, name, beside, remaining is not None)
+        weak = () if unsure else grading.may_be_another(proof, name, beside, others, remaining is not None)
         if weak and grade == "B":
-            grade, limits = "C", (*weak, *limits)
+            told = {because.reason for because in weak}
+            grade, limits = "C", (*weak, *(because for because in limits if because.reason not in told))
         values = adaptation.values(self._having(name, model), name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = max(grade, "B"), (*limits, Because(Reason.TURNED_DIRECTION))

@@ -227,18 +227,24 @@ def grade(
 
 
 def may_be_another(
-    found: Evidence, name: Hypothesis, beside: Sequence[tuple[Evidence, Hypothesis]], something_remains: bool
+    found: Evidence,
+    name: Hypothesis,
+    beside: Sequence[tuple[Evidence, Hypothesis]],
+    equivalents: Sequence[object],
+    something_remains: bool,
 ) -> tuple[Because, ...]:
     """Why a name is no more than its place: what looks alike from afar would not have shown itself; empty: it is more.
 
     A name may make up for the form of a much stronger one, of what remains, or, with others that change with time or
     temperature, for a law that is none of theirs, unless its signal is that of grade A. Waves have one form: none makes
-    up for another's.
+    up for another's. A name behind which most parts of the data do not stand, or of a size that no arm has, does the
+    work of something else.
 
     Args:
         found: The evidence for it.
         name: The name.
         beside: The other names of the set, and the evidence for each.
+        equivalents: Names that do as well, and come first in parts of the data by chance.
         something_remains: Is there something without a name?
     """
     snr = found.snr
@@ -250,7 +256,15 @@ def may_be_another(
         or (slow and any(not SLOW.isdisjoint(other.traits.depends_on) for other, _ in others))
     ):
         least = max(least, _sure_signal(found, name))
-    return (Because(Reason.LOOKS_LIKE_OTHERS, snr, least),) if snr < least else ()
+    limits = [
+        (snr < least, Because(Reason.LOOKS_LIKE_OTHERS, snr, least)),
+        (
+            found.stability < rules.GRADE_B_STABILITY and not equivalents,
+            Because(Reason.UNSTABLE, found.stability, rules.GRADE_B_STABILITY),
+        ),
+        (not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
+    ]
+    return tuple(because for is_met, because in limits if is_met)
 
 
 def _sure_signal(found: Evidence, name: Hypothesis) -> float:

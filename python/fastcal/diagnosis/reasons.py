@@ -48,6 +48,10 @@ class Reason(Enum):
     CHANGES_OTHERWISE = "not written: what it stands for changes in another way"
 
 
+# Reasons for which a name of grade C may be the cause all the same.
+MAY_BE_ANOTHER = frozenset([Reason.LOOKS_LIKE_OTHERS, Reason.UNSTABLE, Reason.IMPLAUSIBLE])
+
+
 @dataclass(frozen=True)
 class CauseLabel:
     """A hypothesis by its name: effect, owner, and what tells its variants apart, such as "order=2"."""

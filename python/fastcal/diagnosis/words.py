@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, Reason, Speak
+from fastcal.diagnosis.reasons import HELD_ARM, MAY_BE_ANOTHER, NOMINAL_ARM, Because, Reason, Speak
 from fastcal.effects.entries import traits_of
 from fastcal.units import from_si
 
@@ -209,7 +209,7 @@ def _cause(f: Finding) -> str:
         others = " or ".join(cause_in_words(*other) for other in f.equivalents)
         return f"{capital}, or {others}: these data can't tell which."
     if f.grade == "C":
-        may_be = any(limit.reason is Reason.LOOKS_LIKE_OTHERS for limit in f.limits[:1])
+        may_be = any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1])
         because = "the cause may be another one" if may_be else "the cause is another one"
         return f"{capital}, is in the model because poses are predicted better with it; {because}."
     return f"{capital}, {f.snr:.0f} times the noise; all other causes are ruled out."

@@ -59,7 +59,7 @@ def so_does_what_changes_with_time_or_temperature() -> None:
 
 def place_only(snr: float, effect: str = "gear_harmonic", remains: bool = False, **beside: float) -> bool:
     others = [(replace(SURE, statistic=s**2), name(2, other)) for other, s in beside.items()]
-    return bool(grading.may_be_another(replace(SURE, statistic=snr**2), name(1, effect), others, remains))
+    return bool(grading.may_be_another(replace(SURE, statistic=snr**2), name(1, effect), others, (), remains))
 
 
 @falls_with(GRADE_B_SNR=0.0)
@@ -100,6 +100,19 @@ def held_out_rows_must_bear_it_out() -> None:
 def it_must_come_first_in_four_of_five_parts() -> None:
     assert grade(stability=0.6) == "B"
     assert grade(stability=0.8) == "A"
+
+
+@falls_with(GRADE_B_STABILITY=0.0)
+@falls_with(GRADE_B_STABILITY=1.1)
+def a_name_that_most_parts_do_not_bear_out_may_be_another() -> None:
+    def reasons(others: tuple[object, ...] = (), **changed: object) -> list[Reason]:
+        found = grading.may_be_another(replace(SURE, **changed), name(1), (), others, False)
+        return [because.reason for because in found]
+
+    assert reasons(stability=0.4) == [Reason.UNSTABLE]
+    assert reasons(stability=0.6) == []
+    assert reasons((name(2),), stability=0.4) == []  # each of two that do as well comes first at times
+    assert reasons(is_plausible=False) == [Reason.IMPLAUSIBLE]
 
 
 @falls_with(MAX_PLAUSIBLE_SIZE=0.0)
