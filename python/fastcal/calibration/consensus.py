@@ -37,6 +37,7 @@ _MOST_ROWS = 200  # of more, every k-th is searched
 _FREEDOM = 1 / 3  # of a set's numbers must be left by its fit: with fewer it bends to each row
 _START_NOISE = 1e-4  # [m] the noise at which a start holds its parameters to their plausible sizes
 _NOTHING = 1e-12  # of the largest singular value: rounding
+_ROUNDING = 1e-14  # of the largest square: a smaller pull is lost in the sums, and rows that show little are singular
 _LOOSE = 1e-6  # weight that holds what the rows do not show, beside that of a start
 
 
@@ -51,6 +52,7 @@ class Rows:
         _, s, V = np.linalg.svd(J.reshape(-1, J.shape[2]), full_matrices=False)
         self.reduced = J @ V[s > _NOTHING * s[0]].T
         self.columns = self.reduced.shape[2]
+        self._least = _ROUNDING * float(s[0]) ** 2
         self.above = np.triu_indices(self.columns)
         first, second = self.above
         self.normal = (self.reduced.transpose(0, 2, 1) @ self.reduced)[:, first, second]
@@ -61,7 +63,7 @@ class Rows:
         weight = chosen.astype(np.float64)
         A = np.empty((len(weight), self.columns, self.columns))
         A[:, self.above[0], self.above[1]] = A[:, self.above[1], self.above[0]] = weight @ self.normal
-        A[:, range(self.columns), range(self.columns)] += held
+        A[:, range(self.columns), range(self.columns)] += max(held, self._least)
         x = -np.linalg.solve(A, (weight @ self.pull)[..., np.newaxis])[..., 0]
         left = x @ self.reduced.reshape(-1, self.columns).T + self.residual.ravel()
         return np.asarray(np.square(left, out=left).reshape(-1, self.count, 3).sum(axis=2))
@@ -75,7 +77,7 @@ class Rows:
         J = self.reduced.reshape(-1, self.columns)
         K, r = J @ J.T, self.residual.ravel()
         numbers = (3 * picked[:, :, np.newaxis] + np.arange(3)).reshape(len(picked), -1)
-        A = K[numbers[:, :, np.newaxis], numbers[:, np.newaxis]] + held * np.eye(numbers.shape[1])
+        A = K[numbers[:, :, np.newaxis], numbers[:, np.newaxis]] + max(held, self._least) * np.eye(numbers.shape[1])
         pulled = np.linalg.solve(A, r[numbers][..., np.newaxis])[..., 0]
         x = -(pulled[:, np.newaxis] @ J[numbers])[:, 0]
         left = x @ J.T + r

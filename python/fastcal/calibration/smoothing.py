@@ -32,6 +32,9 @@ _NEAR = np.arange(-1.0, 1.01, 0.5)
 _FINE = 0.25
 _STEP = 0.5
 _SEED = 0
+_ROUNDING = (
+    1e-13  # of a column's square: a smaller pull is lost in the sums, and the factor of a singular problem fails
+)
 
 
 def prior_deviations(curvature: float, penalty: FloatArray) -> FloatArray:
@@ -98,6 +101,7 @@ class _Search:
 
         self._folds = each(squares, range(FOLDS))
         self._A = np.sum([A for A, _, _ in self._folds], axis=0)
+        self._least = np.maximum(self._weak, _ROUNDING * np.diag(self._A))
         self._g = np.sum([g for _, g, _ in self._folds], axis=0)
         self._others = [(self._A - A, self._g - g) for A, g, _ in self._folds]
 
@@ -186,4 +190,4 @@ class _Search:
 
     def _precision(self, log_s: FloatArray) -> FloatArray:
         """(p,) S^-2 of `_solve`."""
-        return np.asarray(self._weak + self._penalty * (10.0 ** (-2.0 * log_s))[self._block])
+        return np.asarray(self._least + self._penalty * (10.0 ** (-2.0 * log_s))[self._block])

@@ -176,3 +176,15 @@ def test_no_set_is_searched_for_where_a_fit_bends_to_any() -> None:
     assert not leave_freedom(100_000, 401)  # 200 of them are searched
     assert leave_freedom(100_000, 400)
     assert not leave_freedom(0, 1)
+
+
+def test_rows_that_show_one_way_are_solved_whatever_their_noise() -> None:
+    # Some rows weigh so much that the pull on what they do not show is lost beside them.
+    random = np.random.default_rng(5)
+    J = random.standard_normal((40, 3, 4))
+    J[:30] = 2.0**30 * random.integers(1, 9, (30, 3, 1)) * np.ones(4)
+    residual = J @ np.array([1.0, -2.0, 0.5, 3.0])
+    rows, few = Rows(J, residual, 4), np.arange(40) < 10
+    for left in (rows.squares(few[np.newaxis], 1e-30), rows.squares_of_few(np.arange(10)[np.newaxis], 1e-30)):
+        assert left[0, :30].max() < 1e-9 * np.square(residual[:30]).sum(axis=1).max()
+    assert agreeing_rows(rows, np.ones(40, dtype=bool), 1e-12) is None

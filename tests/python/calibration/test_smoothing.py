@@ -43,3 +43,17 @@ def test_of_a_common_curvature_every_other_one_shows_where_the_best_is() -> None
     errors |= {s: whole._error(np.full(2, s)) for s in (best - 0.25, best + 0.25)}
     np.testing.assert_array_equal(found, np.full(2, min(errors, key=errors.__getitem__)))
     assert -3.0 < found[0] < 0.0
+
+
+def test_columns_that_are_one_are_solved_whatever_the_noise_of_the_rows() -> None:
+    # Rows without noise weigh so much that a weak pull is lost beside them.
+    random = np.random.default_rng(2)
+    J = 1e12 * random.standard_normal((300, 25))
+    J[:, 4] = J[:, 3]
+    truth = random.standard_normal(25)
+    search = _Search(
+        LinearProblem(J, J @ truth, np.repeat(np.arange(100), 3), [np.arange(5, 25)], [np.ones(20)], np.full(25, 100.0))
+    )
+    found = search._solve(search._A, search._g, np.array([1.0]))
+    np.testing.assert_allclose(J @ found, J @ truth, rtol=0, atol=1e-6 * np.abs(J @ truth).max())
+    assert np.isfinite(search.common(_GRID)).all()
