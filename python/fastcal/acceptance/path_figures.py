@@ -57,6 +57,7 @@ class PathFigures:
     """What measured paths show.
 
     Attributes:
+        length: Of the commanded path [m].
         along: (M,) length of the commanded path up to each plane [m].
         commanded: (M, 3) c_i [m].
         mean: (M, 3) m_i [m].
@@ -67,6 +68,7 @@ class PathFigures:
         runs: n.
     """
 
+    length: float
     along: FloatArray
     commanded: FloatArray
     mean: FloatArray
@@ -82,7 +84,7 @@ class PathFigures:
         out: dict[str, Any] = {
             "runs": self.runs,
             "planes": len(self.along),
-            "length_mm": from_si(float(self.along[-1]), "mm"),
+            "length_mm": from_si(self.length, "mm"),
             "AT_mm": from_si(float(self.accuracy.max()), "mm"),
             "AT_at_mm": from_si(float(self.along[self.accuracy.argmax()]), "mm"),
             "RT_mm": from_si(float(self.repeatability.max()), "mm"),
@@ -122,8 +124,8 @@ def path_figures(
     corners = np.asarray(corners, dtype=float)
     if len(corners) < 2 or len(runs) < FEWEST_RUNS:
         raise InvalidInput(
-            f"expected a path of at least 2 points and {FEWEST_RUNS} runs, got {len(corners)} points and "
-            f"{len(runs)} runs"
+            f"expected a path of at least 2 points and {FEWEST_RUNS} runs, got {len(corners)} of the one and "
+            f"{len(runs)} of the other"
         )
     steps = np.diff(corners, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
@@ -146,6 +148,7 @@ def path_figures(
     mean = x.mean(axis=1)
     size = np.linalg.norm(x - mean[:, np.newaxis], axis=2)
     return PathFigures(
+        length=float(lengths.sum()),
         along=along,
         commanded=commanded,
         mean=mean,

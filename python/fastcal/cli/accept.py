@@ -57,7 +57,7 @@ def accept(
     ] = None,
     path: Annotated[
         Path | None,
-        typer.Option(metavar="CORNERS", help="DATA are recorded paths, a run a file, along lines through these poses."),
+        typer.Option(metavar="CORNERS", help="DATA are recorded paths, a run a file, of lines through these points."),
     ] = None,
     tolerance_mm: Annotated[
         float | None, typer.Option(metavar="T", help="Limit of AP, the accuracy of each pose.")
@@ -159,21 +159,17 @@ def _judge_path(robot: Robot, data: list[Path], corners: Path, output: Path) -> 
     import numpy as np
 
     from fastcal.acceptance import path_figures
-    from fastcal.errors import InvalidInput
     from fastcal.io.folder import check_folder
-    from fastcal.io.recorded_path import load_run
-    from fastcal.io.targets import load_targets
+    from fastcal.io.recorded_path import load_corners, load_run
     from fastcal.report.measured_path_report import FILES, write_measured_path
     from fastcal.units import from_si
 
     check_folder(output, FILES)
-    poses = load_targets(corners, robot).poses
-    if not np.isfinite(poses).all():
-        row = int(np.argmin(np.isfinite(poses).all(axis=(1, 2))))
-        raise InvalidInput(f"{corners}: data row {row} holds no pose; expected the corners of the path")
-    kept = np.abs(poses[:, :3, :3] - poses[0, :3, :3]).max() < 1e-9
+    commanded = load_corners(corners)
+    turned = commanded.rotations
+    kept = turned is not None and np.abs(turned - turned[0]).max() < 1e-9
     runs = [load_run(file) for file in data]
-    found = path_figures(poses[:, :3, 3], runs, rotation=poses[0, :3, :3] if kept else None)
+    found = path_figures(commanded.points, runs, rotation=turned[0] if turned is not None and kept else None)
     write_measured_path(found, robot.name, output)
     content = found.to_json_dict()
     say(f"{found.runs} runs: AT {content['AT_mm']:.4f} mm, RT {content['RT_mm']:.4f} mm")

@@ -7,11 +7,13 @@ from __future__ import annotations
 import os
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fastcal.acceptance.path_figures import PathRun
 from fastcal.calibration.prediction import rotations
 from fastcal.io.columns import match_columns, would_do
 from fastcal.io.measurements import Columns
+from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 
 
@@ -22,18 +24,38 @@ def load_run(path: str | os.PathLike[str]) -> PathRun:
         ParseError: The file or something in it is invalid; one sentence with file, line and column.
     """
     table = read_table(path)
+    run, whole = _poses(table)
+    if whole.sum() < 2:
+        raise table.error("holds fewer than two whole points; expected those of one run of the path")
+    return PathRun(run.points[whole], None if run.rotations is None else run.rotations[whole])
+
+
+def load_corners(path: str | os.PathLike[str]) -> PathRun:
+    """Reads the commanded points of a path, in their order; columns as of a run, and every row holds a point.
+
+    Raises:
+        ParseError: As `load_run`.
+    """
+    table = read_table(path)
+    corners, whole = _poses(table)
+    if not whole.all():
+        raise table.error(f"data row {int(np.argmin(whole))} holds no pose; expected the corners of the path")
+    return corners
+
+
+def _poses(table: Table) -> tuple[PathRun, NDArray[np.bool_]]:
+    """The poses of all rows, and (N,) which are whole."""
     known, _ = match_columns(table, ())
     columns = Columns(table, known)
     position = columns.numbers("position", ["x", "y", "z"])
     if position is None:
-        raise table.error(f"holds no recorded points; expected {would_do('x', 'length')}, and y and z")
+        raise table.error(f"holds no points of a path; expected {would_do('x', 'length')}, and y and z")
     wxyz = columns.rotation()
-    whole = np.isfinite(position).all(axis=1)
-    if wxyz is not None:
-        whole &= np.isfinite(wxyz).all(axis=1) & (np.abs(wxyz).max(axis=1) > 0)
-    if whole.sum() < 2:
-        raise table.error("holds fewer than two whole points; expected those of one run of the path")
+    whole = np.asarray(np.isfinite(position).all(axis=1))
     if wxyz is None:
-        return PathRun(position[whole])
-    turned = wxyz[whole] / np.linalg.norm(wxyz[whole], axis=1, keepdims=True)
-    return PathRun(position[whole], rotations(turned))
+        return PathRun(position), whole
+    length = np.linalg.norm(wxyz, axis=1, keepdims=True)
+    whole &= np.isfinite(length[:, 0]) & (length[:, 0] > 0)
+    turned = np.full((len(wxyz), 3, 3), np.nan)
+    turned[whole] = rotations(wxyz[whole] / length[whole])
+    return PathRun(position, turned), whole

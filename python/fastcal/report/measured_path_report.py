@@ -36,7 +36,7 @@ def measured_path_page(found: PathFigures, robot_name: str) -> str:
         robot_name=robot_name,
         simulated=False,
         runs=found.runs,
-        length=f"{significant(from_si(float(found.along[-1]), 'mm'), 4)} mm",
+        length=f"{significant(from_si(found.length, 'mm'), 4)} mm",
         table=_table(found),
         drawing=_figure(found),
     )

@@ -85,7 +85,7 @@ def test_corners_are_rounded_or_overshot() -> None:
 @pytest.mark.parametrize(
     ("corners", "count", "said"),
     [
-        (SQUARE, 1, "expected a path of at least 2 points and 2 runs, got 5 points and 1 runs"),
+        (SQUARE, 1, "expected a path of at least 2 points and 2 runs, got 5 of the one and 1 of the other"),
         (SQUARE[[0, 0, 1]], 2, "points 1 and 2 of the path are equal"),
         (SQUARE[:2] * [2, 1, 1], 2, "does not pass the plane"),
     ],

@@ -200,7 +200,17 @@ def test_recorded_paths_give_their_accuracy_and_repeatability(fastcal, tmp_path:
     assert found["RT_mm"] == pytest.approx(0.1, abs=1e-9)  # every l is 0.1, their S is 0
     assert found["AT_rz_deg"] == pytest.approx(0, abs=1e-9)
     assert [corner["corner"] for corner in found["corners"]] == [2]
+    assert found["length_mm"] == pytest.approx(400)
     assert "Measured path" in (tmp_path / "out" / "report.html").read_text()
+    (tmp_path / "points.csv").write_text("x_mm,y_mm,z_mm\n400,0,300\n600,0,300\n600,200,300\n")
+    done = fastcal("accept", "ur5", *files, "--path", tmp_path / "points.csv", "-o", tmp_path / "out")
+    assert done.code == 0, done.err
+    plain = json.loads((tmp_path / "out" / "path.json").read_text())
+    assert plain == {key: value for key, value in found.items() if not key.endswith("_deg")}
+    (tmp_path / "gap.csv").write_text("x_mm,y_mm,z_mm\n400,0,300\n600,,300\n600,200,300\n")
+    said = fastcal("accept", "ur5", *files, "--path", tmp_path / "gap.csv", "-o", tmp_path / "other")
+    assert said.code == 2
+    assert "gap.csv: data row 1 holds no pose; expected the corners of the path" in said.err
     said = fastcal("accept", "ur5", files[0], "--path", tmp_path / "corners.csv", "-o", tmp_path / "other")
     assert said.code == 2
     assert "at least 2 points and 2 runs" in said.err
