@@ -237,8 +237,8 @@ def may_be_another(
 
     A name may make up for the form of a much stronger one, of what remains, or, with others that change with time or
     temperature, for a law that is none of theirs, unless its signal is that of grade A. Waves have one form: none makes
-    up for another's. A name behind which most parts of the data do not stand, or of a size that no arm has, does the
-    work of something else.
+    up for another's. A name behind which most parts of the data do not stand, or what yields to loads more than any
+    arm, does the work of something else.
 
     Args:
         found: The evidence for it.
@@ -262,7 +262,7 @@ def may_be_another(
             found.stability < rules.GRADE_B_STABILITY and not equivalents,
             Because(Reason.UNSTABLE, found.stability, rules.GRADE_B_STABILITY),
         ),
-        (not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
+        (found.follows_loads and not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
     ]
     return tuple(because for is_met, because in limits if is_met)
 
