@@ -58,6 +58,12 @@ function say(plot, text) {
   plot.dataset.state = "message";
 }
 
+// Words first: drawings hold up a page that was not painted yet. A hidden tab paints nothing and is not waited for.
+const shown = () => new Promise((done) => {
+  requestAnimationFrame(() => setTimeout(done));
+  setTimeout(done, 100);
+});
+
 async function loadPlotly() {
   const packed = atob(document.getElementById("plotly-gzip").textContent);
   const bytes = Uint8Array.from(packed, (letter) => letter.charCodeAt(0));
@@ -296,6 +302,7 @@ async function main() {
   }
   addEventListener("hashchange", openTarget);
   openTarget();
+  await shown();
   try {
     await loadPlotly();
   } catch {
