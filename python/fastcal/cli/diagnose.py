@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli.console import NOT_CONVERGED, emit, progress, say, warn
-from fastcal.cli.options import AsRead, Corners, DataFiles, Mend, OutFolder, RobotFile, TestCorners, Threads
+from fastcal.cli.options import (
+    AsRead,
+    Corners,
+    DataFiles,
+    Mend,
+    OutFolder,
+    PageLanguage,
+    RobotFile,
+    TestCorners,
+    Threads,
+)
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
@@ -35,6 +45,7 @@ def diagnose(
     as_read: AsRead = False,
     threads: Threads = 1,
     tracker: Tracker | None = None,
+    page_language: PageLanguage = "en",
     who: Who | None = None,
 ) -> None:
     """Find what the model is missing and add it.
@@ -67,7 +78,7 @@ def diagnose(
             progress=show,
         )
         show("writing the report")
-        write_diagnosis(found, output, made_by=origin)
+        write_diagnosis(found, output, made_by=origin, language=page_language)
     warn(found.notes)
     say_diagnosis(found, output)
     if found.judged_gap.rises:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fastcal.cli.console import NOT_CONVERGED, emit, progress, say
-from fastcal.cli.options import Loss, OutFolder
+from fastcal.cli.options import Loss, OutFolder, PageLanguage
 from fastcal.cli.own_inputs import refuse
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ def fleet(
     diagnose: Annotated[
         bool, typer.Option("--diagnose", help="Find what the model of each arm is missing, as `fastcal diagnose` does.")
     ] = False,
+    page_language: PageLanguage = "en",
 ) -> None:
     """Calibrate or diagnose many arms.
 
@@ -68,7 +69,7 @@ def fleet(
                 loss=loss,
             )
         show("writing the page")
-        write_fleet(found, output)
+        write_fleet(found, output, language=page_language)
     _say(found, output)
     if found.failed:
         raise typer.Exit(NOT_CONVERGED)

@@ -42,6 +42,7 @@ from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
+from fastcal.said import capital, joined
 
 
 def diagnose(
@@ -108,7 +109,7 @@ def diagnose(
         notify("adding what was found")
         result = found.result(misfits)
         if reading is not None:
-            sentence = f"{reading.words[0].upper()}{reading.words[1:]}. {result.sentence}"
+            sentence = joined("", [capital(reading.words), ". ", result.sentence])
             result = replace(result, sentence=sentence, notes=[reading.words, *result.notes])
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
@@ -126,7 +127,8 @@ def _beside(findings: Sequence[Finding], found: Diagnosis) -> Diagnosis:
     named = replace(found, effects=effects, verdict=verdict_of(effects, found.unexplained))
     if not found.effects and found.unexplained is None:
         return replace(named, sentence=sentence_of(named))
-    return replace(named, sentence=f"{sentence_of(replace(named, effects=[*findings], gap=[]))} {found.sentence}")
+    own = sentence_of(replace(named, effects=[*findings], gap=[]))
+    return replace(named, sentence=joined(" ", [own, found.sentence]))
 
 
 def _found(

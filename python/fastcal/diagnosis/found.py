@@ -46,6 +46,7 @@ from fastcal.effects.entries import curve_of, label
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindMisfit
 from fastcal.robot.robot import Robot, Spec
+from fastcal.said import said
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +168,7 @@ class Found:
             notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
             misfits=misfits,
         )
-        rows_left_out = [f"{len(outliers)} rows that nothing explains were left out"] if runs else []
+        rows_left_out = [said("{count} rows that nothing explains were left out", count=len(outliers))] if runs else []
         return replace(found, sentence=sentence_of(found, [*rows_left_out, *doubts]))
 
     def _remaining(self, geometry: AdaptedModel, outliers: list[int]) -> Unexplained | None:

@@ -22,6 +22,7 @@ from fastcal.calibration.serial_correlation import DEVIATIONS, neighbour_correla
 from fastcal.calibration.tall import taken
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Problem
+from fastcal.said import joined, said
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -107,8 +108,11 @@ def with_memory_named(note: str, rho: float) -> str:
     """A sentence about the noise, with its memory where the tests allow for one."""
     if rho == 0:
         return note
-    shared = f"errors of successive rows are correlated ({rho:.2f}), and all tests and stated deviations allow for it"
-    return f"{note}; {shared}"
+    shared = said(
+        "errors of successive rows are correlated ({memory:.2f}), and all tests and stated deviations allow for it",
+        memory=float(rho),
+    )
+    return joined("; ", [note, shared])
 
 
 def remembering(problem: Problem, rho: float) -> Problem:

@@ -21,6 +21,7 @@ from fastcal.diagnosis.rich_model import RichModel
 from fastcal.diagnosis.robust_rows import RichFit, studentized_residuals
 from fastcal.diagnosis.slow_motion import SlowMotion, SlowMotions, slow_motions
 from fastcal.measurements.dataset import Dataset
+from fastcal.said import said
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -227,23 +228,31 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
     source = "option" if option is not None else "column"
     if claimed and not added and _agreement(rich) == 0:
         return NoiseLevel(
-            replace(problem.noise, freedom=np.inf), own, source, "as claimed, and what the richest model leaves agrees"
+            replace(problem.noise, freedom=np.inf),
+            own,
+            source,
+            said("as claimed, and what the richest model leaves agrees"),
         )
     factor = problem.noise.factor * float(np.sqrt(ratio))
     noise = replace(problem.noise, factor=factor, freedom=rich.freedom)
     sigma = own * float(np.sqrt(ratio))
     if added:
         part = from_si(problem.noise.common[0], "mm")
-        note = f"the rows' own claims and {part:.4f} mm common to all, which the richest model leaves beyond them"
+        note = said(
+            "the rows' own claims and {size:.4f} mm common to all, which the richest model leaves beyond them",
+            size=float(part),
+        )
         return NoiseLevel(noise, sigma, "residual", note)
     if claimed:
-        word = "a column" if option is None else "an option"
-        size = "too small" if ratio > 1 else "too large"
-        note = f"what the richest model leaves; {word} claims {from_si(own, 'mm'):.4f} mm, which is {size}"
+        note = said(
+            "what the richest model leaves; {source} claims {size:.4f} mm, which is {judged}",
+            source=said("a column") if option is None else said("an option"),
+            size=float(from_si(own, "mm")),
+            judged=said("too small") if ratio > 1 else said("too large"),
+        )
         return NoiseLevel(noise, sigma, "residual", note)
-    return NoiseLevel(
-        noise, sigma, "residual", "estimated from what the richest model leaves; no sigma column, no repeated poses"
-    )
+    note = said("estimated from what the richest model leaves; no sigma column, no repeated poses")
+    return NoiseLevel(noise, sigma, "residual", note)
 
 
 def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float | None) -> NoiseLevel | None:
@@ -261,7 +270,7 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
     low, high = special.fdtri(freedom, rich.freedom, [rules.ALPHA_NOISE / 2, 1 - rules.ALPHA_NOISE / 2])
     if against > high:
         return None
-    note = f"from {freedom:.0f} differences of repeated poses"
+    note = said("from {count:.0f} differences of repeated poses", count=float(freedom))
     if data.sigma_position is not None or option is not None:
         least, most = (
             float(special.chdtri(freedom, p)) / freedom for p in (1 - rules.ALPHA_NOISE / 2, rules.ALPHA_NOISE / 2)
@@ -269,11 +278,12 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
         if least <= sigma**2 / own**2 <= most:
             noise = replace(problem.noise, freedom=np.inf)
             source = "option" if option is not None else "column"
-            return NoiseLevel(noise, own, source, f"as claimed, and {freedom:.0f} differences of repeated poses agree")
+            agreed = said("as claimed, and {count:.0f} differences of repeated poses agree", count=float(freedom))
+            return NoiseLevel(noise, own, source, agreed)
     if against >= low:
         together = freedom + rich.freedom
         sigma = float(np.sqrt((freedom * sigma**2 + rich.freedom * own**2 * rich.mean_square) / together))
-        freedom, note = together, f"{note} and what the richest model leaves, which agree"
+        freedom, note = together, said("{note} and what the richest model leaves, which agree", note=note)
     noise = replace(problem.noise, factor=problem.noise.factor * sigma / own, freedom=freedom)
     return NoiseLevel(noise, sigma, "repeats", note)
 

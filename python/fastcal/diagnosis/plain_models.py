@@ -29,10 +29,11 @@ from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, Reason
 from fastcal.diagnosis.rivals import Model, Rivals, bare, with_entries
 from fastcal.diagnosis.search import SearchNode
 from fastcal.diagnosis.sure_names import Told
-from fastcal.diagnosis.words import owner_in_words
+from fastcal.diagnosis.words import effect_in_words, owner_in_words
 from fastcal.effects.entries import effect_names, effect_owners, label, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Spec
+from fastcal.said import chained, joined, said
 
 FloatArray = NDArray[np.float64]
 
@@ -82,24 +83,33 @@ class Judged:
         for entry in model.profiles:
             owners.setdefault(entry["effect"], []).append(entry["owner"])
         joints = model.fit.problem.start.robot.joint_count
-        parts = ["what was named"] if model.state.names else []
-        parts += [f"{_what(effect)} of {_where(own, joints)}" for effect, own in owners.items()]
+        parts: list[str] = [said("what was named")] if model.state.names else []
+        parts += [
+            said("{effect} of {places}", effect=_what(effect), places=_where(own, joints))
+            for effect, own in owners.items()
+        ]
         held = model.fit.problem.arm_size
-        arm = "base and tool" if held == 0 else "the geometry"
-        beside = f" with {' and '.join(parts)}" if parts else " alone"
-        near = f", held near nominal ({held:.2g} mm and mrad, RMS)" if held else ""
-        how = ", by least squares of all rows" if self.by_least_squares else ""
-        better = f"it leaves {self.lead:.0%} less of what poses held out of the fit are off by, squared"
-        return f"{arm}{beside}{near}{how}; {better}"
+        arm = said("base and tool") if held == 0 else said("the geometry")
+        if parts:
+            arm = said("{arm} with {parts}", arm=arm, parts=chained("{first} and {second}", parts))
+        else:
+            arm = said("{arm} alone", arm=arm)
+        if held:
+            arm = said("{arm}, held near nominal ({size:.2g} mm and mrad, RMS)", arm=arm, size=float(held))
+        if self.by_least_squares:
+            arm = said("{arm}, by least squares of all rows", arm=arm)
+        better = said(
+            "it leaves {share:.0%} less of what poses held out of the fit are off by, squared", share=float(self.lead)
+        )
+        return joined("; ", [arm, better])
 
 
 def _what(effect: str) -> str:
-    traits = traits_of(effect)
-    return "a curve over the position" if traits.role == "curve" else traits.phrase
+    return said("a curve over the position") if traits_of(effect).role == "curve" else effect_in_words(effect)
 
 
 def _where(owners: Sequence[str], joints: int) -> str:
-    return "all joints" if len(owners) == joints else ", ".join(map(owner_in_words, owners))
+    return said("all joints") if len(owners) == joints else joined(", ", map(owner_in_words, owners))
 
 
 def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:

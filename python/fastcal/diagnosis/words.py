@@ -11,36 +11,45 @@ from typing import TYPE_CHECKING
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import HELD_ARM, MAY_BE_ANOTHER, NOMINAL_ARM, Because, Reason, Speak
 from fastcal.effects.entries import traits_of
+from fastcal.said import Said, capital, chained, joined, said
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.plan import SeparatingPlan
     from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 
+_OWNERS = {
+    "base": said("base"),
+    "tool": said("tool"),
+    "payload": said("payload"),
+    "instrument": said("instrument"),
+    "robot": said("robot"),
+    "workspace": said("workspace"),
+}
 _PLACES = {
-    "workspace": "in the workspace",
-    "base": "at the base or the instrument",
-    "tool": "at the tool",
-    "instrument": "at the instrument",
+    "workspace": said("in the workspace"),
+    "base": said("at the base or the instrument"),
+    "tool": said("at the tool"),
+    "instrument": said("at the instrument"),
 }
 _VARIABLES = {
-    "torque": "its load",
-    "time_s": "time",
-    "order": "the order of measuring",
-    "temperature_c": "temperature",
-    "payload_kg": "the payload",
-    "reach": "where the arm reaches",
-    "gravity": "how it is held against gravity",
-    "sight": "the side from which it is looked at",
-    "forward": "the direction in which it is looked at",
-    "height": "the height at which it is looked at",
-    "range": "the distance from the instrument",
+    "torque": said("its load"),
+    "time_s": said("time"),
+    "order": said("the order of measuring"),
+    "temperature_c": said("temperature"),
+    "payload_kg": said("the payload"),
+    "reach": said("where the arm reaches"),
+    "gravity": said("how it is held against gravity"),
+    "sight": said("the side from which it is looked at"),
+    "forward": said("the direction in which it is looked at"),
+    "height": said("the height at which it is looked at"),
+    "range": said("the distance from the instrument"),
 }
 _OF_A_JOINT = {
-    "load": "the load on joint {}",
-    "move": "the last move of joint {}",
-    "approach": "the direction from which joint {} came",
-    "down": "how link {} is held against gravity",
+    "load": "the load on joint {number}",
+    "move": "the last move of joint {number}",
+    "approach": "the direction from which joint {number} came",
+    "down": "how link {number} is held against gravity",
 }
 
 
@@ -85,53 +94,73 @@ _REASONS = {
 }
 
 
-def owner_in_words(owner: str) -> str:
+def owner_in_words(owner: str) -> Said:
     """joint4 to "joint 4", joint6<-joint5 to "joint 6 from joint 5"."""
     first, arrow, source = owner.partition("<-")
-    spaced = "".join(
-        f" {c}" if c.isdigit() and not before.isdigit() else c for before, c in zip(" " + first, first, strict=False)
-    )
-    return f"{spaced.strip()} from {owner_in_words(source)}" if arrow else spaced.strip()
+    numbered = re.fullmatch(r"(joint|link)(\d+)", first)
+    if numbered and numbered[1] == "joint":
+        place = said("joint {number}", number=numbered[2])
+    elif numbered:
+        place = said("link {number}", number=numbered[2])
+    else:
+        place = _OWNERS.get(first) or joined(" ", [part.strip() for part in re.findall(r"\d+|\D+", first)])
+    return said("{joint} from {source}", joint=place, source=owner_in_words(source)) if arrow else place
 
 
-def cause_in_words(effect: str, owner: str) -> str:
+def effect_in_words(effect: str) -> Said:
+    """An effect by its phrase: "backlash (lost motion)"."""
+    return said(traits_of(effect).phrase.replace("{", "{{").replace("}", "}}"))
+
+
+def cause_in_words(effect: str, owner: str) -> Said:
     """A name in words: "joint 4: backlash (lost motion)"."""
-    return f"{owner_in_words(owner)}: {traits_of(effect).phrase}"
+    return joined(": ", [owner_in_words(owner), effect_in_words(effect)])
 
 
-def reason_text(because: Because, speak: Speak = str) -> str:
+def reason_text(because: Because, speak: Speak = str) -> Said:
     """A reason as a clause without a full stop; `speak` puts hypotheses and blocks into words."""
-    subjects = ", ".join(dict.fromkeys(map(speak, because.subjects)))
-    places = " or ".join(dict.fromkeys(owner_in_words(subject.owner) for subject in because.subjects))
-    orders = _listed([f"{round(order, 1):g}" for order in because.orders])
-    text = _REASONS[because.reason].format(
-        subjects=subjects, places=places, orders=orders, value=because.value, limit=because.limit
+    text = said(
+        _REASONS[because.reason],
+        subjects=joined(", ", dict.fromkeys(map(speak, because.subjects))),
+        places=chained("{first} or {second}", dict.fromkeys(owner_in_words(of.owner) for of in because.subjects)),
+        orders=_listed([f"{round(order, 1):g}" for order in because.orders]),
+        value=because.value,
+        limit=because.limit,
     )
-    waves = " and ".join(f"{n} ({from_si(a, 'mrad'):.2g} mrad)" for n, a in because.waves)
-    return f"{text}; mostly periodic, cycles a turn: {waves}" if waves else text
+    if not because.waves:
+        return text
+    waves = [said("{n} ({size:.2g} mrad)", n=n, size=float(from_si(a, "mrad"))) for n, a in because.waves]
+    periodic = chained("{first} and {second}", waves)
+    return said("{reason}; mostly periodic, cycles a turn: {waves}", reason=text, waves=periodic)
 
 
 def _listed(orders: list[str]) -> str:
     """["37", "43"] to "37 and 43"; of many the first few."""
     if len(orders) > rules.MAX_WAVES_LISTED:
-        orders = [*orders[: rules.MAX_WAVES_LISTED], "others"]
-    return " and ".join(part for part in (", ".join(orders[:-1]), *orders[-1:]) if part)
+        orders = [*orders[: rules.MAX_WAVES_LISTED], said("others")]
+    first = joined(", ", orders[:-1])
+    return chained("{first} and {second}", [part for part in (first, *orders[-1:]) if part])
 
 
-def plan_text(plan: SeparatingPlan, speak: Speak = str) -> str:
+def plan_text(plan: SeparatingPlan, speak: Speak = str) -> Said:
     """What poses would tell apart, and with which probability."""
-    carried = " and ".join(f"{p:g}" for p in sorted({float(p) for p in plan.poses.payload}))
-    poses = "1 more pose" if len(plan.poses) == 1 else f"{len(plan.poses)} more poses"
-    text = (
-        f"{poses} with {carried} kg would distinguish {', '.join(map(speak, plan.causes))}: "
-        f"power {plan.power_before:.0%} before, {plan.power_after:.0%} with them."
+    carried = chained("{first} and {second}", [f"{p:g}" for p in sorted({float(p) for p in plan.poses.payload})])
+    count = len(plan.poses)
+    text = said(
+        "{poses} with {carried} kg would distinguish {causes}: power {before:.0%} before, {after:.0%} with them.",
+        poses=said("1 more pose") if count == 1 else said("{count} more poses", count=count),
+        carried=carried,
+        causes=joined(", ", map(speak, plan.causes)),
+        before=plan.power_before,
+        after=plan.power_after,
     )
     if plan.power_after >= rules.MIN_PLAN_POWER:
         return text
-    return (
-        f"{text} That is not enough: a load that pulls sideways, another payload or a target on the link itself would "
+    more = said(
+        "That is not enough: a load that pulls sideways, another payload or a target on the link itself would "
         "show more."
     )
+    return joined(" ", [text, more])
 
 
 def noise_doubts(over_claim: float, memory: float) -> list[str]:
@@ -141,19 +170,29 @@ def noise_doubts(over_claim: float, memory: float) -> list[str]:
         over_claim: The noise over what is claimed of it.
         memory: Correlation of successive rows.
     """
-    out = []
+    out: list[str] = []
     if over_claim > rules.MAX_OVER_CLAIM:
-        size = f"the noise is {over_claim:.1f} times what is claimed"
-        out.append(f"{size}: the claim is too small, or something is missing that passes for noise")
+        out.append(
+            said(
+                "the noise is {times:.1f} times what is claimed: the claim is too small, or something is missing that "
+                "passes for noise",
+                times=float(over_claim),
+            )
+        )
     if memory >= rules.STRONG_MEMORY:
-        alike = f"errors of successive rows are strongly correlated ({memory:.2f})"
-        out.append(f"{alike}: something that moves slowly may hide in the noise")
+        out.append(
+            said(
+                "errors of successive rows are strongly correlated ({memory:.2f}): something that moves slowly may "
+                "hide in the noise",
+                memory=float(memory),
+            )
+        )
     return out
 
 
-def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
+def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> Said:
     """The first sentence of the page; `doubts` are about the noise."""
-    misfits = [f"{of.text[0].upper()}{of.text[1:]}." for of in found.misfits]
+    misfits = [joined("", [capital(of.text), "."]) for of in found.misfits]
     parts = (
         *misfits,
         _causes(found, doubts),
@@ -162,21 +201,24 @@ def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
         _unexplained(found.unexplained),
         _gain(found),
     )
-    return " ".join(part for part in parts if part)
+    return joined(" ", [part for part in parts if part])
 
 
 def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     if not found.effects:
         if found.unexplained:
-            return "Something is missing in the model, and no effect of the library explains it."
-        but = "".join(f"; but {doubt}" if k == 0 else f"; and {doubt}" for k, doubt in enumerate(doubts))
+            return said("Something is missing in the model, and no effect of the library explains it.")
+        links = ("; but {doubt}", *["; and {doubt}"] * len(doubts))
+        but = [said(link, doubt=doubt) for link, doubt in zip(links, doubts, strict=False)]
         noise = found.main_noise.kind.text(found.main_noise.value, 3)
         if found.misfits:
-            return f"The other readings show no missing effect above their noise of {noise}{but}."
-        return f"Nothing is missing that these data could show above their noise of {noise}{but}."
+            text = said("The other readings show no missing effect above their noise of {noise}", noise=noise)
+        else:
+            text = said("Nothing is missing that these data could show above their noise of {noise}", noise=noise)
+        return joined("", [text, *but, "."])
     waves = [f for f in found.effects if traits_of(f.effect).is_wave and f.grade != "C"]
     many = len(waves) > rules.MAX_WAVES_LISTED
-    sentences = [_many_waves(waves)] if many else []
+    sentences: list[str] = [_many_waves(waves)] if many else []
     told = [f for f in found.effects if not (_is_outdone(f) or _is_of_a_plain_model(f))]
     named = [f for f in told if traits_of(f.effect).role != "curve" and not (many and f in waves)]
     unproven = [f for f in named if f.grade == "B" and not f.equivalents]
@@ -185,51 +227,63 @@ def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
         sentences.append(_unproven(unproven))
     curves = [owner_in_words(f.owner) for f in told if traits_of(f.effect).role == "curve"]
     if curves:
-        first, *others = curves
-        where = ", ".join([first[0].upper() + first[1:], *others])
         sentences.append(
-            f"{where}: the error depends on the joint's own position as no known effect does; the model has its curve."
+            said(
+                "{where}: the error depends on the joint's own position as no known effect does; the model has its "
+                "curve.",
+                where=capital(joined(", ", curves)),
+            )
         )
-    return " ".join(sentences) or "Something is missing in the model, and no effect that was found makes up for it."
+    if not sentences:
+        return said("Something is missing in the model, and no effect that was found makes up for it.")
+    return joined(" ", sentences)
 
 
-def _many_waves(waves: list[Finding]) -> str:
+def _many_waves(waves: list[Finding]) -> Said:
     """The orders of each joint, the largest first."""
-    orders: dict[str, list[str]] = {}
+    orders: dict[Said, list[str]] = {}
     for f in waves:
         orders.setdefault(owner_in_words(f.owner), []).append(f"{f.parameters['order'].value:g}")
-    listed = "; ".join(f"{owner} {', '.join(which)} times a turn" for owner, which in orders.items())
-    return f"The joints err periodically, by gears or encoders, the largest waves first: {listed}."
+    each = [said("{owner} {orders} times a turn", owner=own, orders=", ".join(of)) for own, of in orders.items()]
+    return said(
+        "The joints err periodically, by gears or encoders, the largest waves first: {waves}.",
+        waves=joined("; ", each),
+    )
 
 
-def _cause(f: Finding) -> str:
-    what = cause_in_words(f.effect, f.owner)
-    capital = what[0].upper() + what[1:]
+def _cause(f: Finding) -> Said:
+    what = capital(cause_in_words(f.effect, f.owner))
     if f.equivalents:
-        others = " or ".join(cause_in_words(*other) for other in f.equivalents)
-        return f"{capital}, or {others}: these data can't tell which."
+        others = chained("{first} or {second}", [cause_in_words(*other) for other in f.equivalents])
+        return said("{cause}, or {others}: these data can't tell which.", cause=what, others=others)
     if f.grade == "C":
-        may_be = any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1])
-        because = "the cause may be another one" if may_be else "the cause is another one"
-        return f"{capital}, is in the model because poses are predicted better with it; {because}."
-    return f"{capital}, {f.snr:.0f} times the noise; all other causes are ruled out."
+        if any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1]):
+            because = said("the cause may be another one")
+        else:
+            because = said("the cause is another one")
+        text = said("{cause}, is in the model because poses are predicted better with it", cause=what)
+        return joined("", [text, "; ", because, "."])
+    return said("{cause}, {times:.0f} times the noise; all other causes are ruled out.", cause=what, times=f.snr)
 
 
-def _unproven(found: list[Finding]) -> str:
+def _unproven(found: list[Finding]) -> Said:
     """Those of grade B in one sentence, the places of one effect together."""
     if len(found) == 1:
-        return f"The data are consistent with {cause_in_words(found[0].effect, found[0].owner)}, but do not prove it."
-    return f"The data are consistent with the following, but prove none of them: {_by_effect(found)}."
+        return said("The data are consistent with {cause}, but do not prove it.", cause=_by_effect(found))
+    return said(
+        "The data are consistent with the following, but prove none of them: {causes}.", causes=_by_effect(found)
+    )
 
 
-def _by_effect(found: list[Finding]) -> str:
+def _by_effect(found: list[Finding]) -> Said:
     """Causes in words, the places of one effect together: "backlash (lost motion) at joint 2, joint 5"."""
     if len(found) == 1:
         return cause_in_words(found[0].effect, found[0].owner)
-    places: dict[str, dict[str, None]] = {}  # each once: a joint may have waves of several orders
+    places: dict[Said, dict[Said, None]] = {}  # each once: a joint may have waves of several orders
     for f in found:
-        places.setdefault(traits_of(f.effect).phrase, {})[owner_in_words(f.owner)] = None
-    return "; ".join(f"{phrase} at {', '.join(owners)}" for phrase, owners in places.items())
+        places.setdefault(effect_in_words(f.effect), {})[owner_in_words(f.owner)] = None
+    each = [said("{effect} at {places}", effect=effect, places=joined(", ", own)) for effect, own in places.items()]
+    return joined("; ", each)
 
 
 def _plain(found: Diagnosis) -> str:
@@ -237,8 +291,8 @@ def _plain(found: Diagnosis) -> str:
     if found.plain is None:
         return ""
     left = [f for f in found.effects if _is_outdone(f)]
-    without = f" It does without {_by_effect(left)}." if left else ""
-    return f"The model that is written is a plain one: {found.plain}.{without}"
+    text = said("The model that is written is a plain one: {model}.", model=found.plain)
+    return joined(" ", [text, said("It does without {causes}.", causes=_by_effect(left))]) if left else text
 
 
 def _is_of_a_plain_model(finding: Finding) -> bool:
@@ -257,43 +311,56 @@ def _not_written(effects: list[Finding]) -> str:
     if not left:
         return ""
     if len(left) == len(effects):
-        return (
-            "It is not sure enough to be in the model." if len(left) == 1 else "None is sure enough to be in the model."
-        )
-    return f"Not sure enough to be in the model: {_by_effect(left)}."
+        if len(left) == 1:
+            return said("It is not sure enough to be in the model.")
+        return said("None is sure enough to be in the model.")
+    return said("Not sure enough to be in the model: {causes}.", causes=_by_effect(left))
 
 
 def variables_in_words(names: Iterable[str]) -> list[str]:
     """("q4", "q5", "sight_x", "sight_y", "flow") to what they are, each once; a column of the data by its name."""
     names = list(names)
-    joints = [f"joint {name[1:]}" for name in names if re.fullmatch(r"q\d+", name)]
-    out = dict.fromkeys([f"the position{'s' if len(joints) > 1 else ''} of {' and '.join(joints)}"] if joints else [])
+    joints = [owner_in_words(f"joint{name[1:]}") for name in names if re.fullmatch(r"q\d+", name)]
+    out: dict[str, None] = {}
+    if joints:
+        where = chained("{first} and {second}", joints)
+        position = said("the positions of {joints}", joints=where)
+        out[position if len(joints) > 1 else said("the position of {joint}", joint=where)] = None
     for name in names:
         word = re.sub(r"_[xyz]$", "", name)
         joint = re.fullmatch(r"([a-z]+)(\d+)", word)
         if name in ("x", "y", "z"):
-            out["the place in the workspace"] = None
+            out[said("the place in the workspace")] = None
         elif joint and joint[1] in _OF_A_JOINT:
-            out[_OF_A_JOINT[joint[1]].format(joint[2])] = None
+            out[said(_OF_A_JOINT[joint[1]], number=joint[2])] = None
         elif not (joint and joint[1] == "q"):
-            out[_VARIABLES.get(word, f"the column {name}")] = None
+            out[_VARIABLES.get(word) or said("the column {name}", name=name)] = None
     return list(out)
 
 
 def _unexplained(remaining: Unexplained | None) -> str:
     if remaining is None:
         return ""
-    place = _PLACES.get(remaining.owner, f"at {owner_in_words(remaining.owner)}")
-    on = " and ".join(variables_in_words(remaining.depends_on))
-    text = f"Something remains {place} that depends on {on}, {remaining.share:.0%} of the misfit that there was."
+    parts = [
+        said(
+            "Something remains {place} that depends on {variables}, {share:.0%} of the misfit that there was.",
+            place=_PLACES.get(remaining.owner) or said("at {place}", place=owner_in_words(remaining.owner)),
+            variables=chained("{first} and {second}", variables_in_words(remaining.depends_on)),
+            share=remaining.share,
+        )
+    ]
     if remaining.added is not None:
-        text += " A smooth function of it is in the model; it proves no cause."
+        parts.append(said("A smooth function of it is in the model; it proves no cause."))
     if remaining.formulas:
-        text += f" Its curve looks like: {remaining.formulas[0]}."
-    return text
+        parts.append(said("Its curve looks like: {formula}.", formula=remaining.formulas[0]))
+    return joined(" ", parts)
 
 
-_JUDGED = {"test": " on the test poses", "held out": " on poses held out of the fit", "fitted": ""}
+_JUDGED = {
+    "test": said("the error on the test poses"),
+    "held out": said("the error on poses held out of the fit"),
+    "fitted": said("the error"),
+}
 
 
 def _gain(found: Diagnosis) -> str:
@@ -301,11 +368,19 @@ def _gain(found: Diagnosis) -> str:
         return ""
     gap = found.judged_gap
     before, after = gap.sizes[0], gap.sizes[-1]
-    of_the_arm = found.gap[-1].added in (NOMINAL_ARM, HELD_ARM)
     one = len(found.gap) == 2 and sum(f.in_model for f in found.effects) < 2  # a step may add several
-    them = "this model" if of_the_arm else f"{'it' if one else 'them'} in the model"
-    moves = "rises" if gap.rises else "falls" if after < before else "does not fall:"
-    return (
-        f"With {them} the error{_JUDGED[gap.on]} {moves} from {before:.3f} to {after:.3f} {gap.unit} RMS; "
-        f"noise alone makes {gap.floor:.3f} {gap.unit}."
+    if found.gap[-1].added in (NOMINAL_ARM, HELD_ARM):
+        model = said("this model")
+    else:
+        model = said("it in the model") if one else said("them in the model")
+    return said(
+        "With {model} {error} {moves} from {before:.3f} to {after:.3f} {unit} RMS; noise alone makes {floor:.3f} "
+        "{unit}.",
+        model=model,
+        error=_JUDGED[gap.on],
+        moves=said("rises") if gap.rises else said("falls") if after < before else said("does not fall:"),
+        before=float(before),
+        after=float(after),
+        floor=float(gap.floor),
+        unit=gap.unit,
     )

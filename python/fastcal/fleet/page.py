@@ -13,35 +13,51 @@ from fastcal.fleet.result import ArmResult, Fleet
 from fastcal.io.atomic import write_text
 from fastcal.io.tables import write_csv
 from fastcal.report import figures, page
+from fastcal.report.diagnosis_words import VERDICTS
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
 from fastcal.report.kind_words import beside_mm
+from fastcal.report.language import _, in_language
 from fastcal.report.tables import Cell, Column, Group, Table
 from fastcal.report.words import Remark, Verdict
+from fastcal.said import said
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
 _MOST_NOTES = 50
+_STATUS = {
+    "refused": said("refused"),
+    "not_converged": said("not converged"),
+    "too_few_equations": said("too few equations"),
+}
 _MOST_TOLD = 6  # arms that the verdict names
 _EACH_TICKED = 12  # arms: with more, Plotly finds whole numbers by itself
 
 
-def write_fleet(found: Fleet, folder: str | os.PathLike[str]) -> None:
-    """Writes fleet.csv and report.html into the folder that has those of the arms."""
+def write_fleet(found: Fleet, folder: str | os.PathLike[str], *, language: str = "en") -> None:
+    """Writes fleet.csv and report.html, in that language, into the folder that has those of the arms."""
     columns = {name: ["" if value is None else value for value in column] for name, column in found.columns().items()}
     write_csv(Path(folder) / "fleet.csv", columns)
-    write_text(Path(folder) / "report.html", fleet_page(found, Path(folder)))
+    write_text(Path(folder) / "report.html", fleet_page(found, Path(folder), language))
 
 
-def fleet_page(found: Fleet, folder: Path | None = None) -> str:
+def fleet_page(found: Fleet, folder: Path | None = None, language: str = "en") -> str:
     """The HTML text of the page, which leads to those of the arms where they are in `folder`."""
+    with in_language(language):
+        return _rendered(found, folder)
+
+
+def _rendered(found: Fleet, folder: Path | None) -> str:
+    numbers = {"some": len(found) - len(found.failed), "all": len(found)}
+    diagnosed = found.is_diagnosed
     return page.render(
         "fleet.html",
-        title="Fleet",
+        title=_("Fleet"),
         simulated=False,
         count=len(found),
-        with_model=len(found) - len(found.failed),
-        done="diagnosed" if found.is_diagnosed else "calibrated",
-        failed=[(arm.name, arm.status.replace("_", " "), arm.message) for arm in found.failed[:_MOST_ROWS]],
+        heading=_("{some} of {all} arms diagnosed", **numbers)
+        if diagnosed
+        else _("{some} of {all} arms calibrated", **numbers),
+        failed=[(arm.name, _(_STATUS[arm.status]), arm.message) for arm in found.failed[:_MOST_ROWS]],
         verdict=_verdict(found),
         tiles=_tiles(found),
         table=_table(found, folder),
@@ -64,23 +80,32 @@ def _verdict(found: Fleet) -> Verdict:
     """How many arms have a model, and which ask for attention."""
     done = len(found) - len(found.failed)
     worst = next((arm for arm in _worst_first(found) if arm.after is not None), None)
-    size = f"; the largest error is {significant(worst.after, 3)} {worst.unit} RMS, of {worst.name}" if worst else ""
+    numbers = {"some": done, "all": len(found)}
+    if worst is None:
+        text = _("{some} of {all} arms have a model.", **numbers)
+    else:
+        text = _(
+            "{some} of {all} arms have a model; the largest error is {size} {unit} RMS, of {arm}.",
+            size=significant(worst.after, 3),
+            unit=worst.unit,
+            arm=worst.name,
+            **numbers,
+        )
     told = [Remark(f"{arm.name}: {arm.message}", True, "failed") for arm in found.failed[:_MOST_TOLD]]
     caused = [arm for arm in _worst_first(found) if arm.causes]
     told += [Remark(f"{arm.name}: {arm.causes}", True, "arms") for arm in caused[:_MOST_TOLD]]
-    word = f"{done} of {len(found)} arms have a model{size}."
     if found.failed:
-        return Verdict("bad" if done == 0 else "caution", "Attention", word, told)
-    return Verdict("good", "All done", word, told)
+        return Verdict("bad" if done == 0 else "caution", _("Attention"), text, told)
+    return Verdict("good", _("All done"), text, told)
 
 
 def _tiles(found: Fleet) -> list[tuple[str, str, str]]:
     """Middle error before and after, and arms without a model."""
-    tiles = [("Arms", str(len(found)), "")]
-    for title, field in (("Nominal, middle arm", "before_mm"), ("Calibrated, middle arm", "after_mm")):
+    tiles = [(_("Arms"), str(len(found)), "")]
+    for title, field in ((_("Nominal, middle arm"), "before_mm"), (_("Calibrated, middle arm"), "after_mm")):
         sizes = [size for arm in found if (size := getattr(arm, field)) is not None]
-        tiles += [(title, f"{significant(median(sizes), 3)} mm", "RMS")] if sizes else []
-    return [*tiles, ("Without a model", str(len(found.failed)), "")]
+        tiles += [(title, f"{significant(median(sizes), 3)} mm", _("RMS"))] if sizes else []
+    return [*tiles, (_("Without a model"), str(len(found.failed)), "")]
 
 
 def _page_of(arm: ArmResult, folder: Path | None) -> str:
@@ -90,19 +115,31 @@ def _page_of(arm: ArmResult, folder: Path | None) -> str:
 
 
 def _table(found: Fleet, folder: Path | None) -> Table:
-    told = ("verdict", "what is missing") if found.is_diagnosed else ()
-    titles = ["poses", "nominal (mm)", "calibrated (mm)", "other poses (mm)", "noise (mm)", "outliers"]
-    titles += [] if told else ["undetermined"]
-    columns = [*(Column(title, numeric=False) for title in ("arm", *told)), *map(Column, titles)]
+    told = (_("verdict"), _("what is missing")) if found.is_diagnosed else ()
+    titles = [
+        _("poses"),
+        _("nominal (mm)"),
+        _("calibrated (mm)"),
+        _("other poses (mm)"),
+        _("noise (mm)"),
+        _("outliers"),
+    ]
+    titles += [] if told else [_("undetermined")]
+    columns = [*(Column(title, numeric=False) for title in (_("arm"), *told)), *map(Column, titles)]
     rows = []
     for arm in _worst_first(found)[:_MOST_ROWS]:
-        causes = [Cell(text) for text in (arm.verdict, arm.causes)] if told else []
+        causes = [Cell(_verdict_word(arm)), Cell(arm.causes)] if told else []
         cells = [beside_mm(size, arm.unit) for size in (arm.before, arm.after, arm.test, arm.noise)]
         counts = [arm.outliers] if told else [arm.outliers, arm.unidentifiable]
         numbers = [Cell(str(arm.rows), float(arm.rows)), *cells, *(Cell(str(count), float(count)) for count in counts)]
         rows.append([Cell(arm.name, link=_page_of(arm, folder)), *causes, *numbers])
-    caption = "Root mean square of the error of every arm, of points where they were measured."
+    caption = _("Root mean square of the error of every arm, of points where they were measured.")
     return Table(caption, columns, [Group(rows)], is_sortable=True)
+
+
+def _verdict_word(arm: ArmResult) -> str:
+    """That of a diagnosis; empty where there was none."""
+    return _(VERDICTS[arm.verdict][0]) if arm.verdict in VERDICTS else arm.verdict
 
 
 def _notes(found: Fleet) -> list[tuple[str, str]]:
@@ -115,17 +152,17 @@ def _drawing(found: Fleet) -> Figure:
     place = list(range(1, len(arms) + 1))
     names = [quote(arm.name, safe=" ") for arm in arms]
     traces = []
-    key = [Key("nominal", figures.BEFORE, "point"), Key("calibrated", figures.AFTER, "point")]
+    key = [Key(_("nominal"), figures.BEFORE, "point"), Key(_("calibrated"), figures.AFTER, "point")]
     for entry, field in zip(key, ("before", "after"), strict=True):
         values = [getattr(arm, field) for arm in arms]
         trace = figures.points(place, values, entry.colour, 5, hover=f"{entry.label}: %{{y:.3g}} mm, %{{text}}")
         traces.append(trace | {"text": names})
     steps = {"dtick": 1} if len(arms) <= _EACH_TICKED else {}
     drawn = figures.layout(
-        "arms, the best first",
-        "RMS error (mm), logarithmic",
+        _("arms, the best first"),
+        _("RMS error (mm), logarithmic"),
         xaxis=steps,
         yaxis={"type": "log", "exponentformat": "power"},
     )
-    alt = "Root mean square error of every arm, nominal and calibrated, sorted by the latter."
-    return Figure("fleet", "Error of every arm", alt, traces, drawn, columns=6, height=380, key=key)
+    alt = _("Root mean square error of every arm, nominal and calibrated, sorted by the latter.")
+    return Figure("fleet", _("Error of every arm"), alt, traces, drawn, columns=6, height=380, key=key)

@@ -17,6 +17,7 @@ from fastcal.report.diagnosis_tables import Smallest
 from fastcal.report.diagnosis_words import reason_in_brief, spoken
 from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import alike, fixed, percent, significant
+from fastcal.report.language import _, decimal_sign
 from fastcal.report.tables import capitalised, unit_text
 
 if TYPE_CHECKING:
@@ -40,17 +41,17 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_un
         kind_unit: Of all these.
     """
     unit = unit_text(kind_unit)
-    names = ["geometry alone"]
+    names = [_("geometry alone")]
     base, height, colours, texts = [0.0], [steps[0][1]], [figures.BEFORE], [f"{alike(steps[0][1], floor)} {unit}"]
-    for (_, before), (name, after) in pairwise(steps):
-        names.append(f"with {name}")
+    for (_was, before), (name, after) in pairwise(steps):
+        names.append(_("with {name}", name=name))
         base.append(min(before, after))
         height.append(abs(before - after))
         colours.append(TAKEN if after <= before else figures.ALERT)
         sign = "\N{MINUS SIGN}" if after <= before else "+"
         texts.append(f"{sign}{alike(abs(before - after), floor)} {unit}")
     if len(steps) > 1:
-        names.append("what remains")
+        names.append(_("what remains"))
         base.append(0.0)
         height.append(steps[-1][1])
         colours.append(figures.AFTER)
@@ -63,7 +64,7 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_un
     ends = [-0.8, len(names) - 0.5]
     top = max(b + h for b, h in zip(base, height, strict=True))
     drawn = figures.layout(
-        f"RMS error ({unit})",
+        _("RMS error ({unit})", unit=unit),
         "",
         xaxis={"range": [0, 1.16 * max(top, floor)]},
         yaxis={
@@ -84,10 +85,14 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_un
         for place, name in enumerate(names)
     ]  # fmt: skip
     traces = [bars, figures.line([floor, floor], ends, figures.INK, "dash")]
-    key = [Key("error", figures.BEFORE, "solid"), Key("what an effect takes away", TAKEN, "solid")]
-    key += [Key("what remains", figures.AFTER, "solid"), Key("what noise alone makes", figures.INK, "dash")]
-    alt = f"Error of the geometry alone on the {on}, what each added effect takes away, what remains, and the noise."
-    return Figure("gap", f"RMS error on the {on}", alt, traces, drawn, columns=6, height=90 + 54 * len(names), key=key,
+    key = [Key(_("error"), figures.BEFORE, "solid"), Key(_("what an effect takes away"), TAKEN, "solid")]
+    key += [Key(_("what remains"), figures.AFTER, "solid"), Key(_("what noise alone makes"), figures.INK, "dash")]
+    alt = _(
+        "Error of the geometry alone on the {poses}, what each added effect takes away, what remains, and the noise.",
+        poses=on,
+    )
+    title = _("RMS error on the {poses}", poses=on)
+    return Figure("gap", title, alt, traces, drawn, columns=6, height=90 + 54 * len(names), key=key,
                   paper_height=62 + 36 * len(names),
                   narrow={"xaxis.range": [0, 1.5 * max(top, floor)]})  # fmt: skip
 
@@ -107,7 +112,7 @@ def alternatives(found: Diagnosis) -> Figure | None:
         "hovertemplate": "%{text}<extra></extra>",
     }  # fmt: skip
     drawn = figures.layout(
-        "share of the misfit that it explains alone (%)", "",
+        _("share of the misfit that it explains alone (%)"), "",
         xaxis={"range": [0, 1.12 * max(*share, 1.0)]},
         yaxis={
             "range": [len(shown) - 0.6, -0.85], "showgrid": False, "zeroline": False, "showticklabels": False,
@@ -122,10 +127,14 @@ def alternatives(found: Diagnosis) -> Figure | None:
         }
         for k, (name, r) in enumerate(zip(names, shown, strict=True))
     ]  # fmt: skip
-    key = [Key("named", TAKEN, "solid"), Key("not named", figures.BEFORE, "solid")]
-    alt = f"The leading causes by what each explains alone; most is {names[0]} with {percent(shown[0].share)}."
+    key = [Key(_("named"), TAKEN, "solid"), Key(_("not named"), figures.BEFORE, "solid")]
+    alt = _(
+        "The leading causes by what each explains alone; most is {cause} with {share}.",
+        cause=names[0],
+        share=percent(shown[0].share),
+    )
     return Figure(
-        "alternatives", "Named, and ruled out", alt, [bars], drawn, key=key, height=80 + 46 * len(shown),
+        "alternatives", _("Named, and ruled out"), alt, [bars], drawn, key=key, height=80 + 46 * len(shown),
         paper_height=60 + 34 * len(shown),
         narrow={f"annotations[{k}].text": name for k, name in enumerate(names)},
     )  # fmt: skip
@@ -141,9 +150,9 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
         return None
     shown = known[-_MOST_LIMITS:]
     looks: tuple[tuple[Key, Callable[[list[float]], bool]], ...] = (
-        (Key("shows everywhere", TAKEN, "solid"), lambda r: max(r) <= 1),
-        (Key("hides at some places", figures.COMPONENT_COLOURS[0], "solid"), lambda r: min(r) <= 1 < max(r)),
-        (Key("hides everywhere", figures.BEFORE, "solid"), lambda r: min(r) > 1),
+        (Key(_("shows everywhere"), TAKEN, "solid"), lambda r: max(r) <= 1),
+        (Key(_("hides at some places"), figures.COMPONENT_COLOURS[0], "solid"), lambda r: min(r) <= 1 < max(r)),
+        (Key(_("hides everywhere"), figures.BEFORE, "solid"), lambda r: min(r) > 1),
     )
     traces, key = [], []
     for entry, fits in looks:
@@ -153,7 +162,13 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
         x = [end for kind in some for end in (min(kind.ratios), max(kind.ratios), None)]
         y = [place for kind in some for place in (kind.name, kind.name, None)]
         text = [
-            f"{significant(end, 2)} times the usual {shop.size_text(kind.unit, kind.typical or 0)}" if end else ""
+            _(
+                "{times} times the usual {size}",
+                times=significant(end, 2),
+                size=shop.size_text(kind.unit, kind.typical or 0),
+            )
+            if end
+            else ""
             for kind in some
             for end in (min(kind.ratios), max(kind.ratios), None)
         ]
@@ -162,9 +177,9 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
         key.append(entry)
     names = [kind.name for kind in shown]
     traces.append(figures.line([1, 1], [names[0], names[-1]], figures.INK, "dash"))
-    key.append(Key("usual size", figures.INK, "dash"))
+    key.append(Key(_("usual size"), figures.INK, "dash"))
     drawn = figures.layout(
-        "smallest size that would have shown / usual size, logarithmic", "",
+        _("smallest size that would have shown / usual size, logarithmic"), "",
         xaxis={"type": "log", "dtick": 1, "exponentformat": "none"},
         yaxis={
             "type": "category", "automargin": True, "nticks": 0, "dtick": 1, "categoryorder": "array",
@@ -173,12 +188,14 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
         margin={"l": 120},
     )  # fmt: skip
     hidden = sum(max(kind.ratios) > 1 for kind in known)
-    alt = (
-        f"Smallest size of each effect that would have shown, over its usual size; of {hidden} a usual size could hide."
+    alt = _(
+        "Smallest size of each effect that would have shown, over its usual size; of {count} a usual size could hide.",
+        count=hidden,
     )
-    note = "" if len(known) == len(shown) else f"The {len(shown)} that hide best of {len(known)} are drawn."
+    all_shown = len(known) == len(shown)
+    note = "" if all_shown else _("The {some} that hide best of {all} are drawn.", some=len(shown), all=len(known))
     return Figure(
-        "limits", "How small it could have been and still have shown", alt, traces, drawn, note, key=key,
+        "limits", _("How small it could have been and still have shown"), alt, traces, drawn, note, key=key,
         height=80 + 22 * len(shown), paper_height=60 + 15 * len(shown),
     )  # fmt: skip
 
@@ -210,10 +227,14 @@ def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[in
         {"type": "rect", "x0": k - 0.5, "x1": k + 0.5, "y0": k - 0.5, "y1": k + 0.5,
          "line": {"color": figures.INK, "width": 3}} for k in boxed
     ]  # fmt: skip
-    alt = "Correlation of the signatures of the first causes: near 1 these data can hardly distinguish them."
-    note = "Framed: what is given. Above 0.95 two causes are hard to tell apart with the poses that were measured."
+    alt = _("Correlation of the signatures of the first causes: near 1 these data can hardly distinguish them.")
+    limit = f"0{decimal_sign()}95"
+    note = _(
+        "Framed: what is given. Above {limit} two causes are hard to tell apart with the poses that were measured.",
+        limit=limit,
+    )
     narrow = {"yaxis.ticktext": numbers, "margin.l": 20}
     return Figure(
-        "confusion", "Which causes look alike", alt, [heat, written], drawn, note, height=90 + 40 * n, narrow=narrow,
+        "confusion", _("Which causes look alike"), alt, [heat, written], drawn, note, height=90 + 40 * n, narrow=narrow,
         names=spelled,
     )  # fmt: skip

@@ -49,9 +49,11 @@ from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent
 from fastcal.report.kind_words import kind_title, noise_text, noise_title
+from fastcal.report.language import _, in_language
 from fastcal.report.tables import Table, capitalised, unit_text
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed
+from fastcal.said import said
 
 if TYPE_CHECKING:
     from fastcal.calibration.evaluation import Evaluation
@@ -60,7 +62,6 @@ if TYPE_CHECKING:
 
 # The last are those of older versions: each took an effect out of the model that it was written for.
 FILES = ("model.yaml", "diagnosis.json", "report.html", "next_poses.csv", "without_*.patch")
-_FRAME = "the measuring frame"
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,7 @@ def write_diagnosis(
     *,
     made_by: Mapping[str, Any] | None = None,
     also: Mapping[str, Any] | None = None,
+    language: str = "en",
 ) -> None:
     """Writes model.yaml, diagnosis.json, report.html and, where there is a plan, next_poses.csv, all or none.
 
@@ -96,6 +98,7 @@ def write_diagnosis(
         folder: Made where it is not there; an older result in it is replaced.
         made_by: What the result comes from and who measured it; kept in all three files.
         also: Further keys of diagnosis.json.
+        language: Of the page.
     """
     import fastcal
 
@@ -107,47 +110,59 @@ def write_diagnosis(
         write_json(place / "diagnosis.json", found.to_json_dict() | origin | dict(also or {}))
         if found.plan is not None:
             write_poses(place / found.plan.file, found.plan.poses, found.model)
-        (place / "report.html").write_text(diagnosis_page(found, made_by=made_by or {}), encoding="utf-8")
+        text = diagnosis_page(found, made_by=made_by or {}, language=language)
+        (place / "report.html").write_text(text, encoding="utf-8")
 
 
-def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mapping[str, Any] | None = None) -> str:
+def diagnosis_page(
+    found: Diagnosis, *, simulated: bool = False, made_by: Mapping[str, Any] | None = None, language: str = "en"
+) -> str:
     """The HTML text of the page; with `made_by` it is a document that can be signed."""
-    train, geometry = compared_rows(found, "Training", "train")
-    test, _ = compared_rows(found, "Test", "test")
+    with in_language(language):
+        return _page(found, simulated, made_by or {})
+
+
+def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
+    train, geometry = compared_rows(found, _("Training"), "train")
+    test, _geometry = compared_rows(found, _("Test"), "test")
     sets = [rows for rows in (train, test) if rows is not None]
     arrows = residual_figures.arrows(sets)
     base = np.asarray(found.model.description.base.xyz_mm, float)
     arm = arm_of(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
-    word, tone = VERDICTS[found.verdict]
+    verdict, tone = VERDICTS[found.verdict]
+    word = _(verdict)
     if found.misfits:
-        word = f"{word}; {listed([misfit.kind.plural for misfit in found.misfits])} do not fit"
+        kinds = listed([_(misfit.kind.plural) for misfit in found.misfits])
+        word = _("{verdict}; {kinds} do not fit", verdict=word, kinds=kinds)
         tone = "caution" if tone == "good" else tone
     if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
     state = found.final
-    kinds = diagnosis_tables.smallest_by_kind(found)
+    smallest = diagnosis_tables.smallest_by_kind(found)
     return page.render(
         "diagnosis.html",
-        title=f"Diagnosis of {found.model.name}",
+        title=_("Diagnosis of {robot}", robot=found.model.name),
         robot_name=found.model.name,
         simulated=simulated,
         sources=[
             (name, PurePath(part.data.source).name, len(part.data))
-            for name, part in (("Training", found.train), ("Test", found.test))
+            for name, part in ((_("Training"), found.train), (_("Test"), found.test))
             if part is not None
         ],
         word=word,
         tone=tone,
-        sentence=found.sentence,
+        sentence=_(found.sentence),
         steps=next_steps(found),
         sections=_sections(found),
         tiles=_tiles(found),
-        misfits=[(kind_title(misfit.kind), capitalised(misfit.text)) for misfit in found.misfits],
+        misfits=[(kind_title(misfit.kind), capitalised(_(misfit.text))) for misfit in found.misfits],
         cards=[_card(found, finding) for finding in found.effects],
-        grades=GRADES if found.effects else {},  # the glossary explains those that the page gives
-        effect_key=effect_figures.KEY,
+        grades={grade: _(text) for grade, text in GRADES.items()}
+        if found.effects
+        else {},  # the glossary explains those that the page gives
+        effect_key=effect_figures.effect_key(),
         plan=found.plan if is_advice(found.plan) else None,
-        plan_sentence="" if found.plan is None else plan_text(found.plan, spoken),
+        plan_sentence="" if found.plan is None else _(plan_text(found.plan, spoken)),
         unexplained=None if found.unexplained is None else unexplained_sentence(found.unexplained, _tried(found)),
         unexplained_figures=_unexplained_figures(found, state),
         gap=gap_figure(found),
@@ -156,38 +171,40 @@ def diagnosis_page(found: Diagnosis, *, simulated: bool = False, made_by: Mappin
         confusion=confusion_figure(found),
         columns=columns_of(found.train.data),
         untestable=diagnosis_tables.untestable_table(found),
-        smallest=diagnosis_tables.smallest_table(kinds),
-        limits=diagnosis_figures.limits(kinds),
+        smallest=diagnosis_tables.smallest_table(smallest),
+        limits=diagnosis_figures.limits(smallest),
         pairs=_pairs(train, geometry, changed=len(found.steps) > 1),
         components=charts.component_key(train.components) if train else [],
         trend_note=residual_figures.drawn_note(train.row_count) if train else "",
         scene=None
         if arrows is None
-        else workspace.scene(*arrows, base, _FRAME, arm, residual_figures.places_of_arrows(train, found.outliers)),
+        else workspace.scene(
+            *arrows, base, _("the measuring frame"), arm, residual_figures.places_of_arrows(train, found.outliers)
+        ),
         flat_views=[] if arrows is None else workspace.flat_views(*arrows),
         noise=[(noise_title(of.kind), noise_text(of)) for of in found.noise.values()],
-        sigma_note=found.sigma_note,
+        sigma_note=_(found.sigma_note),
         normal_plot=residual_figures.normal_plot(train, found.main_noise, found.outliers) if train else None,
         outlier_table=_outlier_table(found, train),
         outlier_count=len(found.outliers),
-        notes=found.notes,
-        document=document_facts(made_by or {}),
+        notes=[_(note) for note in found.notes],
+        document=document_facts(made_by),
     )
 
 
 def _sections(found: Diagnosis) -> list[tuple[str, str]]:
     """What the contents list: id and short title of the sections that the page has."""
     return [
-        *([("misfits", "Do not fit")] if found.misfits else []),
-        *([("plan", "Next measurement")] if is_advice(found.plan) else []),
-        *([("found", "What is missing")] if found.effects else []),
-        *([("unexplained", "Unexplained")] if found.unexplained is not None else []),
-        ("workspace", "Workspace"),
-        ("ranking", "Other causes"),
-        ("unseen", "Not testable"),
-        ("remaining", "Before and after"),
-        ("noise", "Noise and outliers"),
-        ("words", "Glossary and notes"),
+        *([("misfits", _("Do not fit"))] if found.misfits else []),
+        *([("plan", _("Next measurement"))] if is_advice(found.plan) else []),
+        *([("found", _("What is missing"))] if found.effects else []),
+        *([("unexplained", _("Unexplained"))] if found.unexplained is not None else []),
+        ("workspace", _("Workspace")),
+        ("ranking", _("Other causes")),
+        ("unseen", _("Not testable")),
+        ("remaining", _("Before and after")),
+        ("noise", _("Noise and outliers")),
+        ("words", _("Glossary and notes")),
     ]
 
 
@@ -205,9 +222,9 @@ def compared_rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, 
 
 
 _JUDGED = {
-    "test": "test poses, which no fit has seen",
-    "held out": "poses held out, each part predicted by a fit to the others",
-    "fitted": "poses of the fit",
+    "test": (said("test poses"), said("test poses, which no fit has seen")),
+    "held out": (said("poses held out"), said("poses held out, each part predicted by a fit to the others")),
+    "fitted": (said("poses of the fit"), said("poses of the fit")),
 }
 
 
@@ -216,28 +233,31 @@ def _tried(found: Diagnosis) -> int:
     return len({name.key for name in found.search.problem.names})
 
 
-def _number_word(found: Diagnosis) -> str:
-    return "coordinate" if found.main_noise.kind.name == POINTS else "number"
-
-
 def _tiles(found: Diagnosis) -> list[tuple[str, str, str]]:
     gap = found.judged_gap
     sizes, floor, unit = gap.sizes, gap.floor, unit_text(gap.unit)
     before, after = sizes[0], sizes[-1]
-    where = _JUDGED[gap.on].split(",")[0]
-    of_one = f"{noise_text(found.main_noise)} a {_number_word(found)}"
-    noise = ("Noise alone would make", f"{alike(floor, floor)} {unit}", of_one)
+    where = _(_JUDGED[gap.on][0])
+    size = noise_text(found.main_noise)
+    of_one = (
+        _("{size} a coordinate", size=size) if found.main_noise.kind.name == POINTS else _("{size} a number", size=size)
+    )
+    noise = (_("Noise alone would make"), f"{alike(floor, floor)} {unit}", of_one)
     dead = len({(u.effect, u.owner) for u in found.untestable})
-    tried = ("Causes tried", str(_tried(found)), f"{dead} more can\N{RIGHT SINGLE QUOTATION MARK}t show in these data")
+    tried = (_("Causes tried"), str(_tried(found)), _("{count} more can’t show in these data", count=dead))
+    error = _("RMS error, {poses}", poses=where)
     if len(sizes) == 1:
         unexplained = np.sqrt(max(after**2 - floor**2, 0.0))
-        above = ("Beyond the noise", f"{alike(unexplained, floor)} {unit}", "root of the difference of squares")
-        return [(f"RMS error, {where}", f"{alike(after, floor)} {unit}", "calibrated geometry"), noise, above, tried]
-    was = f"was {alike(before, floor)} {unit} with geometry alone"
+        above = (_("Beyond the noise"), f"{alike(unexplained, floor)} {unit}", _("root of the difference of squares"))
+        return [(error, f"{alike(after, floor)} {unit}", _("calibrated geometry")), noise, above, tried]
     return [
-        (f"RMS error, {where}", f"{alike(after, floor)} {unit}", was),
+        (
+            error,
+            f"{alike(after, floor)} {unit}",
+            _("was {size} with geometry alone", size=f"{alike(before, floor)} {unit}"),
+        ),
         noise,
-        ("Gap closed", percent(gap.closed), "of the mean square beyond the noise"),
+        (_("Gap closed"), percent(gap.closed), _("of the mean square beyond the noise")),
         tried,
     ]
 
@@ -245,17 +265,17 @@ def _tiles(found: Diagnosis) -> list[tuple[str, str, str]]:
 def _card(found: Diagnosis, finding: Finding) -> _Card:
     is_of_rig = finding.effect in RIG_TRAITS  # no effect of the fit: it is in the cell's own numbers
     seen = None if is_of_rig else partial_residuals.of_finding(found.fitted_with(finding), finding)
-    cause = capitalised(cause_in_words(finding.effect, finding.owner))
+    cause = capitalised(_(cause_in_words(finding.effect, finding.owner)))
     drawn = [] if seen is None else effect_figures.effect_figures(seen, finding.owner, f"effect-{_slug(finding)}")
     return _Card(
         cause,
         cause.partition(" (")[0],
         finding.grade,
-        GRADES[finding.grade],
+        _(GRADES[finding.grade]),
         shop.estimate_lines(finding.effect, finding.parameters),
         sureness(finding),
-        list(dict.fromkeys(reason_text(because, spoken) for because in finding.limits)),
-        [capitalised(cause_in_words(*other)) for other in finding.equivalents],
+        list(dict.fromkeys(_(reason_text(because, spoken)) for because in finding.limits)),
+        [capitalised(_(cause_in_words(*other))) for other in finding.equivalents],
         drop_command(finding) if finding.in_model and not is_of_rig else "",
         drawn,
         "" if seen is None else effect_figures.left_out_note(seen),
@@ -280,7 +300,7 @@ def gap_figure(found: Diagnosis) -> Figure:
     """The error of the geometry alone, what each effect takes of it, what remains, and the noise."""
     gap = found.judged_gap
     steps = list(zip([step_name(step.added) for step in found.gap], gap.sizes, strict=True))
-    return diagnosis_figures.waterfall(steps, gap.floor, _JUDGED[gap.on], gap.unit)
+    return diagnosis_figures.waterfall(steps, gap.floor, _(_JUDGED[gap.on][1]), gap.unit)
 
 
 def confusion_figure(found: Diagnosis) -> Figure | None:
@@ -296,7 +316,11 @@ def confusion_figure(found: Diagnosis) -> Figure | None:
 def _pairs(train: Rows | None, geometry: Rows | None, *, changed: bool) -> list[list[Figure]]:
     if train is None or geometry is None:
         return []
-    named = {"geometry alone": geometry, "with what was found": train} if changed else {"calibrated geometry": train}
+    named = (
+        {_("geometry alone"): geometry, _("with what was found"): train}
+        if changed
+        else {_("calibrated geometry"): train}
+    )
     states = {name: (rows, rows.trends) for name, rows in named.items()}
     return residual_figures.trend_pairs(states)
 

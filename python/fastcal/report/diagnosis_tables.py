@@ -9,11 +9,13 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from fastcal.diagnosis.words import owner_in_words
+from fastcal.diagnosis.words import effect_in_words, owner_in_words
 from fastcal.effects.entries import build_effects, edge_name, traits_of
+from fastcal.effects.traits import filled
 from fastcal.report import shop
-from fastcal.report.diagnosis_words import reason_sentence, spoken
+from fastcal.report.diagnosis_words import reason_sentence, spoken, spoken_effect
 from fastcal.report.formatting import fixed, percent
+from fastcal.report.language import _
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell
 from fastcal.units import from_si
 
@@ -23,8 +25,12 @@ if TYPE_CHECKING:
 
 def ranking_table(found: Diagnosis) -> Table:
     """Each name that explains much: what it would be alone, its signal, its share of the misfit, why it isn't given."""
-    columns = [Column("Cause", numeric=False), Column("Alone it would be", numeric=False), Column("Times the noise")]
-    columns += [Column("Of the misfit"), Column("Why it is, or is not, given", numeric=False)]
+    columns = [
+        Column(_("Cause"), numeric=False),
+        Column(_("Alone it would be"), numeric=False),
+        Column(_("Times the noise")),
+    ]
+    columns += [Column(_("Of the misfit")), Column(_("Why it is, or is not, given"), numeric=False)]
     rows = [
         [
             Cell(capitalised(spoken(r.label))),
@@ -35,7 +41,7 @@ def ranking_table(found: Diagnosis) -> Table:
         ]
         for r in found.ranking
     ]
-    return Table("Causes by what each alone explains", columns, [Group(rows)], is_sortable=True)
+    return Table(_("Causes by what each alone explains"), columns, [Group(rows)], is_sortable=True)
 
 
 @dataclass(frozen=True)
@@ -70,7 +76,7 @@ class Smallest:
     @property
     def name(self) -> str:
         """Effect and number, as they are printed."""
-        return f"{capitalised(self.effect.replace('_', ' '))}, {self.kind}"
+        return f"{capitalised(spoken_effect(self.effect))}, {self.kind}"
 
 
 def smallest_by_kind(found: Diagnosis) -> list[Smallest]:
@@ -88,15 +94,19 @@ def smallest_by_kind(found: Diagnosis) -> list[Smallest]:
 
 def smallest_table(kinds: list[Smallest]) -> Table:
     """By effect: the smallest size that would have shown, where it shows best and worst, and a usual size."""
-    columns = [Column("Effect", numeric=False), Column("Number", numeric=False), Column("Shows best")]
-    columns += [Column("Shows worst"), Column("Usual size"), Column("A usual size could hide at", numeric=False)]
+    columns = [Column(_("Effect"), numeric=False), Column(_("Number"), numeric=False), Column(_("Shows best"))]
+    columns += [
+        Column(_("Shows worst")),
+        Column(_("Usual size")),
+        Column(_("A usual size could hide at"), numeric=False),
+    ]
     rows = []
     for of in kinds:
         best, worst = (pick(of.members, key=lambda s: s.value) for pick in (min, max))
         several = len({s.owner for s in of.members}) > 1
         rows.append(
             [
-                Cell(capitalised(of.effect.replace("_", " "))),
+                Cell(capitalised(spoken_effect(of.effect))),
                 Cell(of.kind),
                 Cell(_at(best, of.unit, several)),
                 Cell(_at(worst, of.unit, True) if worst.owner != best.owner else ""),
@@ -104,12 +114,12 @@ def smallest_table(kinds: list[Smallest]) -> Table:
                 Cell(owners_text(of.hidden)),
             ]
         )
-    return Table("Smallest effects that these data would have shown", columns, [Group(rows)])
+    return Table(_("Smallest effects that these data would have shown"), columns, [Group(rows)])
 
 
 def _at(found: DetectableEffect, unit: str, is_one_of_many: bool) -> str:
     size = shop.size_text(unit, found.value)
-    return f"{size} ({owner_in_words(found.owner)})" if is_one_of_many else size
+    return f"{size} ({_(owner_in_words(found.owner))})" if is_one_of_many else size
 
 
 def _plain(found: DetectableEffect) -> str:
@@ -144,28 +154,47 @@ def untestable_table(found: Diagnosis) -> Table | None:
         return None
     groups: dict[tuple[str, str], list[str]] = {}
     for item in items:
-        needs = re.sub(r"(approach|joint|current|link)\d+", r"\1N", item.needs)
-        needs = f"the column {needs}" if re.fullmatch(r"\w+", needs) else needs
+        needs = _of_any(item.needs)
+        needs = _("the column {name}", name=needs) if re.fullmatch(r"\w+", needs) else _(needs)
         groups.setdefault((item.effect, needs), []).append(item.owner)
     rows = [
-        [Cell(capitalised(traits_of(effect).phrase)), Cell(owners_text(owners)), Cell(needs)]
+        [Cell(capitalised(_(effect_in_words(effect)))), Cell(owners_text(owners)), Cell(needs)]
         for (effect, needs), owners in groups.items()
     ]
-    columns = [Column(title, numeric=False) for title in ("Cause", "Where", "It would show with")]
-    return Table("Causes that these data can't show", columns, [Group(rows)])
+    columns = [Column(title, numeric=False) for title in (_("Cause"), _("Where"), _("It would show with"))]
+    return Table(_("Causes that these data can't show"), columns, [Group(rows)])
+
+
+def _of_any(needs: str) -> str:
+    """What shows an effect, N in place of the number of its joint or link."""
+    return re.sub(r"(approach|joint|current|link|motor) ?\d+", lambda of: re.sub(r"\d+", "N", of[0]), needs)
+
+
+def needs_of(effect: str) -> set[str]:
+    """All that the table may say would show an effect, as messages to translate."""
+    traits = traits_of(effect)
+    texts = (traits.needs_data, traits.shown_by)
+    owner = (
+        "link1" if traits.place == "link" else "joint2<-joint1" if any("{m}" in text for text in texts) else "joint1"
+    )
+    every = {_of_any(filled(text, owner)) for text in texts}
+    return {needs for needs in every if not re.fullmatch(r"\w*", needs)}
 
 
 def owners_text(owners: list[str]) -> str:
     """["joint1", "joint2", "joint3"] to "joints 1 to 3"."""
     owners = list(dict.fromkeys(owners))
     plain = [re.fullmatch(r"(joint|link)(\d+)", owner) for owner in owners]
-    parts = [owner_in_words(o) for o, m in zip(owners, plain, strict=True) if m is None]
+    parts = [_(owner_in_words(o)) for o, m in zip(owners, plain, strict=True) if m is None]
     for kind in ("joint", "link"):
         numbers = [int(m[2]) for m in plain if m and m[1] == kind]
         if len(numbers) == 1:
-            parts.append(f"{kind} {numbers[0]}")
+            parts.append(_(owner_in_words(f"{kind}{numbers[0]}")))
         elif numbers:
             run = len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1))
-            text = f"{numbers[0]} to {numbers[-1]}" if run else ", ".join(map(str, numbers))
-            parts.append(f"{kind}s {text}")
-    return ", ".join(parts) if len(parts) <= 6 else f"{', '.join(parts[:5])} and {len(parts) - 5} more"
+            text = _("{first} to {last}", first=numbers[0], last=numbers[-1]) if run else ", ".join(map(str, numbers))
+            many = {"joint": _("joints {numbers}", numbers=text), "link": _("links {numbers}", numbers=text)}
+            parts.append(many[kind])
+    if len(parts) <= 6:
+        return ", ".join(parts)
+    return _("{names} and {count} more", names=", ".join(parts[:5]), count=len(parts) - 5)

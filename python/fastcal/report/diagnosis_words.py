@@ -10,47 +10,64 @@ from typing import TYPE_CHECKING
 
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, BlockLabel, Label, Reason
-from fastcal.diagnosis.words import owner_in_words, reason_text, variables_in_words
+from fastcal.diagnosis.words import effect_in_words, owner_in_words, reason_text, variables_in_words
 from fastcal.effects.entries import traits_of
-from fastcal.report.formatting import count, percent, plural
+from fastcal.report.formatting import count, fixed, percent, plural
+from fastcal.report.language import _, language
 from fastcal.report.words import listed
+from fastcal.said import said
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Finding, Unexplained
 
 VERDICTS = {  # word and tone
-    "none": ("Nothing missing", "good"),
-    "named": ("Named", "good"),
-    "one_of": ("One of these", "caution"),
-    "several": ("Several", "good"),
-    "unexplained": ("Something remains, unnamed", "bad"),
+    "none": (said("Nothing missing"), "good"),
+    "named": (said("Named"), "good"),
+    "one_of": (said("One of these"), "caution"),
+    "several": (said("Several"), "good"),
+    "unexplained": (said("Something remains, unnamed"), "bad"),
 }
 GRADES = {
-    "A": "it is this: everything that could be mistaken for it was tried and rejected",
-    "B": "the data are consistent with it, but something else could do the same",
-    "C": "the place is known, the cause is not",
-    "D": "something remains",
+    "A": said("it is this: everything that could be mistaken for it was tried and rejected"),
+    "B": said("the data are consistent with it, but something else could do the same"),
+    "C": said("the place is known, the cause is not"),
+    "D": said("something remains"),
 }
 
-_ARMS = {NOMINAL_ARM: "base and tool alone", HELD_ARM: "geometry held near nominal"}
+_ARMS = {NOMINAL_ARM: said("base and tool alone"), HELD_ARM: said("geometry held near nominal")}
 _SMALL = 0.01  # share of the misfit below which the unexplained part is not worth a search
 
+_THE = {
+    "base": said("the base"),
+    "tool": said("the tool"),
+    "payload": said("the payload"),
+    "instrument": said("the instrument"),
+    "workspace": said("the workspace"),
+}
 _VARIANTS = {  # other options are not shown
-    "order": "order {}",
-    "at_s": "at {} s",
-    "at_row": "from row {} on",
-    "period_mm": "period {} mm",
+    "order": "order {value}",
+    "at_s": "at {value} s",
+    "at_row": "from row {value} on",
+    "period_mm": "period {value} mm",
 }
 
 
 def short_name(effect: str, owner: str, variant: str = "") -> str:
-    """("link_torsion", "link3") to "link 3 torsion", with the order of a wave behind it."""
-    words, place_words = effect.split("_"), owner_in_words(owner)
+    """("link_torsion", "link3") to "link 3 torsion", with the order of a wave behind it; "Glied 3: Verdrehung"."""
+    behind = f", {variant}" if variant else ""
+    if language.get() != "en":
+        return f"{_(owner_in_words(owner))}: {_(effect_in_words(effect)).partition(' (')[0]}{behind}"
+    words, place_words = effect.split("_"), str(owner_in_words(owner))
     if owner in ("base", "tool", "payload", "instrument") and len(words) > 1:  # base_drift says where it is
         place_words = ""
     elif words[0] == place_words.split()[0]:
         words = words[1:]
-    return f"{place_words} {' '.join(words)}{f', {variant}' if variant else ''}".strip()
+    return f"{place_words} {' '.join(words)}{behind}".strip()
+
+
+def spoken_effect(effect: str) -> str:
+    """An effect by its name in English, by its phrase in other languages."""
+    return effect.replace("_", " ") if language.get() == "en" else _(effect_in_words(effect)).partition(" (")[0]
 
 
 def name_in_model(finding: Finding) -> str:
@@ -72,64 +89,76 @@ def stands_for_geometry(added: str | None) -> bool:
 def step_name(added: str | None) -> str:
     """What one step of the gap adds, "backlash@joint4,..." as a file has it, by short names."""
     if added is None:
-        return "geometry alone"
+        return _("geometry alone")
     if added in _ARMS:
-        return _ARMS[added]
+        return _(_ARMS[added])
     owners: dict[str, list[str]] = {}
-    for effect, _, owner in (part.partition("@") for part in added.split(",")):
+    for effect, _at, owner in (part.partition("@") for part in added.split(",")):
         owners.setdefault(effect, []).append(owner)
     names = []
     for effect, own in owners.items():
-        many = "curves" if traits_of(effect).role == "curve" else effect.replace("_", " ")
-        names += [short_name(effect, o) for o in own] if len(own) <= 2 else [f"the {many} of {len(own)} joints"]
+        if len(own) <= 2:
+            names += [short_name(effect, o) for o in own]
+            continue
+        many = _("curves") if traits_of(effect).role == "curve" else spoken_effect(effect)
+        names.append(_("the {effect} of {count} joints", effect=many, count=len(own)))
     return listed(names)
 
 
 def spoken(label: Label) -> str:
     """A hypothesis by its short name; something without a name by its place and what it depends on."""
     if isinstance(label, BlockLabel):
-        return f"something at {place(label.owner)} that depends on {depends(label.depends_on)}"
-    option, _, value = label.variant.partition("=")
-    return short_name(label.effect, label.owner, _VARIANTS.get(option, "").format(value))
+        return _(
+            "something at {place} that depends on {variables}",
+            place=place(label.owner),
+            variables=depends(label.depends_on),
+        )
+    option, _equals, value = label.variant.partition("=")
+    variant = _(_VARIANTS[option], value=value) if option in _VARIANTS else ""
+    return short_name(label.effect, label.owner, variant)
 
 
 def place(owner: str) -> str:
     """An owner of something without a name, with its article where it has one."""
-    return owner_in_words(owner) if owner.startswith(("joint", "link")) else f"the {owner}"
+    return _(owner_in_words(owner)) if owner.startswith(("joint", "link")) else _(_THE.get(owner, f"the {owner}"))
 
 
 def depends(names: Iterable[str]) -> str:
     """("q4", "q6") to "the positions of joint 4 and joint 6"."""
-    return listed(variables_in_words(names))
+    return listed([_(name) for name in variables_in_words(names)])
 
 
 def reason_sentence(because: Because) -> str:
     """Why a hypothesis is, or is not, given, as the ranking has it."""
     if because.reason is Reason.GIVEN:
-        return "This is the one that is given."
+        return _("This is the one that is given.")
     if because.reason is Reason.LEAVES_MORE:
         (left,) = because.subjects
-        return f"With it in the model, {spoken(left)} is still there; noise would look so {chance(because.value)}."
-    text = reason_text(because, spoken)
+        return _(
+            "With it in the model, {other} is still there; noise would look so {chance}.",
+            other=spoken(left),
+            chance=chance(because.value),
+        )
+    text = _(reason_text(because, spoken))
     return text[:1].upper() + text[1:] + "."
 
 
 def reason_in_brief(because: Because) -> str:
     """The same in a few words, as a figure has them."""
     if because.reason is Reason.GIVEN:
-        return "named"
+        return _("named")
     if because.reason is Reason.LEAVES_MORE:
         (left,) = because.subjects
-        return f"ruled out: leaves {spoken(left)}"
-    return reason_text(because, spoken)
+        return _("ruled out: leaves {other}", other=spoken(left))
+    return _(reason_text(because, spoken))
 
 
 def chance(p: float) -> str:
     """How often noise alone would look like this: "in less than 1 of 10 000 data sets"."""
     if p > 0.01:
-        return f"in {percent(min(p, 1.0))} of data sets"
+        return _("in {share} of data sets", share=percent(min(p, 1.0)))
     power = min(int(f"{1 / max(p, 1e-12):e}".split("e")[1]), 6)
-    return f"in less than 1 of {count(10**power)} data sets"
+    return _("in less than 1 of {count} data sets", count=count(10**power))
 
 
 def sureness(finding: Finding) -> list[str]:
@@ -137,19 +166,30 @@ def sureness(finding: Finding) -> list[str]:
     if finding.snr <= 0:
         return []
     gain, error = finding.gain
-    better = "not clearly better" if gain < rules.GRADE_A_GAIN * error else "clearly better"
+    if gain < rules.GRADE_A_GAIN * error:
+        held_out = _("Held-out poses are predicted not clearly better with it in the model.")
+    else:
+        held_out = _("Held-out poses are predicted clearly better with it in the model.")
     return [
-        f"Signal-to-noise ratio {finding.snr:.0f}; noise alone would look like this {chance(finding.p_value)}.",
-        f"Held-out poses are predicted {better} with it in the model.",
-        f"In cross-validation it ranked first in {percent(finding.stability)} of the folds.",
+        _(
+            "Signal-to-noise ratio {ratio}; noise alone would look like this {chance}.",
+            ratio=fixed(finding.snr, 0),
+            chance=chance(finding.p_value),
+        ),
+        held_out,
+        _("In cross-validation it ranked first in {share} of the folds.", share=percent(finding.stability)),
     ]
 
 
 def unexplained_sentence(remaining: Unexplained, names: int) -> str:
     """Where the unexplained part is best located, and how large it is."""
-    share = "less than 1\N{NARROW NO-BREAK SPACE}%" if remaining.share < _SMALL else percent(remaining.share)
-    where = f"{'in' if remaining.owner == 'workspace' else 'at'} {place(remaining.owner)}"
-    return (
-        f"{share} of the misfit that geometry alone leaves is explained by none of the {plural(names, 'cause')} "
-        f"that were tried. It fits best {where}, as something that depends on {depends(remaining.depends_on)}."
+    least = percent(_SMALL)
+    where = place(remaining.owner)
+    return _(
+        "{share} of the misfit that geometry alone leaves is explained by none of the {causes} that were tried. It "
+        "fits best {where}, as something that depends on {variables}.",
+        share=_("less than {share}", share=least) if remaining.share < _SMALL else percent(remaining.share),
+        causes=plural(names, "cause"),
+        where=_("in {place}", place=where) if remaining.owner == "workspace" else _("at {place}", place=where),
+        variables=depends(remaining.depends_on),
     )

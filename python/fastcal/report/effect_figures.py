@@ -14,6 +14,7 @@ from fastcal.diagnosis.words import owner_in_words
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import plural
+from fastcal.report.language import _
 from fastcal.report.trends import binned_median
 from fastcal.units import ShopUnit, from_si, shop_unit
 
@@ -28,12 +29,6 @@ _FEW = 8  # distinct values from which on a variable is drawn as a line
 _BINS = 80
 _COVERAGE = 1.96
 _DIVERGING = [[0.0, "#0b5f8a"], [0.5, "#f2f2f2"], [1.0, "#d55e00"]]
-KEY = [
-    Key("without it in the model", figures.BEFORE, "point"),
-    Key("median of those, with its 95 % band", figures.INK, "point"),
-    Key("the fitted effect with its 95 % band", CURVE, "solid"),
-    Key("with it in the model", figures.AFTER, "point"),
-]
 
 
 @dataclass(frozen=True)
@@ -43,6 +38,16 @@ class Axis:
     title: str
     values: Array
     texts: dict[float, str]
+
+
+def effect_key() -> list[Key]:
+    """What the marks of these figures are."""
+    return [
+        Key(_("without it in the model"), figures.BEFORE, "point"),
+        Key(_("median of those, with its 95 % band"), figures.INK, "point"),
+        Key(_("the fitted effect with its 95 % band"), CURVE, "solid"),
+        Key(_("with it in the model"), figures.AFTER, "point"),
+    ]
 
 
 def effect_figures(found: PartialResidual, owner: str, id_: str) -> list[Figure]:
@@ -60,15 +65,21 @@ def effect_figures(found: PartialResidual, owner: str, id_: str) -> list[Figure]
     made = []
     for k, part in enumerate(parts):
         values = [unit.of(a[:, k]) for a in (reading.before, reading.after, reading.fitted, reading.deviation)]
-        title = f"{_quantity(found, owner)}{f' along {part}' if part else ''}"
+        title = _quantity(found, owner)
+        title = _("{quantity} along {axis}", quantity=title, axis=part) if part else title
         drawn = figures.layout(axis.title, f"{title if count == 1 else part} ({unit.text})")
         drawn["yaxis"]["range"] = [-unit.of(limit), unit.of(limit)]
         if found.quantity == "displacement":
             drawn["yaxis"]["range"][0] = -0.45 * unit.of(limit)
         if axis.texts:
             drawn["xaxis"] |= {"tickvals": list(axis.texts), "ticktext": list(axis.texts.values())}
-        alt = f"{title} against {axis.title}: what the data ask for, the fitted effect, and what is left with it."
-        heading = f"{title} against {axis.title.split(' (')[0]}" if count == 1 else title
+        alt = _(
+            "{quantity} against {variable}: what the data ask for, the fitted effect, and what is left with it.",
+            quantity=title,
+            variable=axis.title,
+        )
+        against = _("{quantity} against {variable}", quantity=title, variable=axis.title.split(" (")[0])
+        heading = against if count == 1 else title
         traces = _traces(axis, *values)
         columns, height = (4, 360) if count == 1 else (2, 270)
         made.append(Figure(f"{id_}{part}", heading, alt, traces, drawn, columns=columns, height=height))
@@ -100,7 +111,7 @@ def _traces(axis: Axis, before: Array, after: Array, fitted: Array, deviation: A
     traces += _band(*means)
     medians = binned_median(x, before)
     if len(medians.x):
-        dots = figures.points(medians.x, medians.median, figures.INK, 6, hover="median %{y:.3g} at %{x:.3g}")
+        dots = figures.points(medians.x, medians.median, figures.INK, 6, hover=_("median %{{y:.3g}} at %{{x:.3g}}"))
         dots["error_y"] = {
             "type": "data", "symmetric": True, "array": medians.high - medians.median, "color": figures.INK,
             "thickness": 1.2, "width": 0,
@@ -113,7 +124,7 @@ def _band(x: Array, y: Array, deviation: Array) -> list[Trace]:
     reach = _COVERAGE * deviation
     around = np.concatenate([x, x[::-1]]), np.concatenate([y - reach, (y + reach)[::-1]])
     fill = {"fill": "toself", "fillcolor": figures.translucent(CURVE, 0.25), "line": {"width": 0}}
-    return [figures.line(*around, CURVE) | fill, figures.line(x, y, CURVE, hover="fitted %{y:.3g} at %{x:.3g}")]
+    return [figures.line(*around, CURVE) | fill, figures.line(x, y, CURVE, hover=_("fitted %{{y:.3g}} at %{{x:.3g}}"))]
 
 
 def _map(found: PartialResidual, owner: str, unit: ShopUnit, id_: str) -> Figure:
@@ -134,21 +145,27 @@ def _map(found: PartialResidual, owner: str, unit: ShopUnit, id_: str) -> Figure
     trace = figures.points(x.values[shown], y.values[shown], "#000", 8, hover="%{marker.color:.3g} " + unit.text)
     trace["marker"] |= marker | {"color": value[shown]}
     drawn = figures.layout(x.title, y.title)
-    alt = f"{title} as colour over {x.title} and {y.title}."
-    heading = f"{title}, as it follows {x.title.split(' (')[0]} and {y.title.split(' (')[0]}"
-    note = "Each dot is a measured pose, its colour the smooth function that explains most of what remains."
+    alt = _("{quantity} as colour over {x} and {y}.", quantity=title, x=x.title, y=y.title)
+    heading = _(
+        "{quantity}, as it follows {x} and {y}",
+        quantity=title,
+        x=x.title.split(" (")[0],
+        y=y.title.split(" (")[0],
+    )
+    note = _("Each dot is a measured pose, its colour the smooth function that explains most of what remains.")
     return Figure(id_, heading, alt, [trace], drawn, note, columns=4, height=380)
 
 
 def _quantity(found: PartialResidual, owner: str) -> str:
     joint = owner.partition("<-")[0]
     if found.quantity == "joint":
-        return f"error of {owner_in_words(joint)}"
+        return _("error of {joint}", joint=owner_in_words(joint))
+    along = found.depends_on == ("itself",)
     return {
-        "growth": "growth of " + ("the arm" if owner == "robot" else owner_in_words(owner)),
-        "motion": "motion of the base",
-        "shift": "shift of the target",
-        "displacement": "measured along its direction" if found.depends_on == ("itself",) else "displacement",
+        "growth": _("growth of the arm") if owner == "robot" else _("growth of {owner}", owner=owner_in_words(owner)),
+        "motion": _("motion of the base"),
+        "shift": _("shift of the target"),
+        "displacement": _("measured along its direction") if along else _("displacement"),
     }[found.quantity]
 
 
@@ -164,25 +181,26 @@ def _axis_of(name: str, x: Array, unit: str, owner: str) -> Axis:
     number = "".join(c for c in name if c.isdigit())
     if name == f"q{number}":
         turns = unit == "rad"
-        return Axis(f"position of joint {number} ({'°' if turns else 'mm'})", from_si(x, "deg" if turns else "mm"), {})
+        title = _("position of joint {number} ({unit})", number=number, unit="°" if turns else "mm")
+        return Axis(title, from_si(x, "deg" if turns else "mm"), {})
     if name.startswith("approach"):
-        sides = {-1.0: "from above (\N{MINUS SIGN})", 1.0: "from below (+)"}
-        return Axis(f"direction from which joint {number} came", x, sides)
+        sides = {-1.0: _("from above (\N{MINUS SIGN})"), 1.0: _("from below (+)")}
+        return Axis(_("direction from which joint {number} came", number=number), x, sides)
     if name == "itself":
         spoken = shop_unit("m", float(np.abs(x).max(initial=0.0)))
-        return Axis(f"what the effect does in the pose ({spoken.text})", spoken.of(x), {})
+        return Axis(_("what the effect does in the pose ({unit})", unit=spoken.text), spoken.of(x), {})
     if name in ("x", "y", "z"):
         return Axis(f"{name} (mm)", from_si(x, "mm"), {})
     known = {
         "torque": (
-            f"load about the axis of {owner_in_words(owner.partition('<-')[0])} (N\N{NO-BREAK SPACE}m)",
+            _("load about the axis of {joint} (N\N{NO-BREAK SPACE}m)", joint=owner_in_words(owner.partition("<-")[0])),
             x,
         ),
-        "time_s": ("time (s since the first pose)", x - x.min(initial=np.inf)),
-        "temperature_c": ("temperature (°C)", from_si(x, "c")),
-        "payload_kg": ("payload (kg)", x),
-        "order": ("order of measurement", x),
-        f"current{number}_a": (f"current of motor {number} (A)", x),
+        "time_s": (_("time (s since the first pose)"), x - x.min(initial=np.inf)),
+        "temperature_c": (_("temperature (°C)"), from_si(x, "c")),
+        "payload_kg": (_("payload (kg)"), x),
+        "order": (_("order of measurement"), x),
+        f"current{number}_a": (_("current of motor {number} (A)", number=number), x),
     }
     return Axis(*known.get(name, (name, x)), {})
 
@@ -191,4 +209,5 @@ def left_out_note(found: PartialResidual) -> str:
     """How many poses are not drawn, and why."""
     if not found.left_out:
         return ""
-    return f"{plural(found.left_out, 'pose')} in which the effect has next to no lever on the target not drawn."
+    poses = plural(found.left_out, "pose")
+    return _("{poses} in which the effect has next to no lever on the target not drawn.", poses=poses)

@@ -17,6 +17,8 @@ from typing import Any
 
 import yaml
 
+from fastcal.said import Said, filled
+
 LANGUAGES = ("en", "de")
 language: ContextVar[str] = ContextVar("language", default="en")
 
@@ -32,8 +34,14 @@ def in_language(name: str) -> Iterator[None]:
 
 
 def _(message: str, /, **values: Any) -> str:
-    """The message in the language of the page, its placeholders {name} filled; a brace itself is written twice."""
-    return catalogue(language.get()).get(message, message).format(**values)
+    """The message in the language of the page, its placeholders {name} filled; a brace itself is written twice.
+
+    A text of another room (fastcal.said) is said again in that language, alone or as a value.
+    """
+    known = catalogue(language.get())
+    if isinstance(message, Said):
+        return message.again(lambda text: known.get(text, text), decimal_sign())
+    return filled(known.get(message, message), values, lambda text: known.get(text, text), decimal_sign())
 
 
 def mid_sentence(name: str) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from fastcal.measurements.kinds import KindMisfit
 from fastcal.measurements.observations import sigma_field
 from fastcal.report.formatting import significant
+from fastcal.report.language import _
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed
@@ -51,9 +52,10 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
 
 def look_at(misfit: KindMisfit) -> str:
     """What to look at where a kind of reading does not belong to the arm or to the others."""
-    return (
-        f"Look at the {misfit.kind.plural}: the unit and the frame of their columns, and whether each was read in the "
-        "posture of its row"
+    return _(
+        "Look at the {kind}: the unit and the frame of their columns, and whether each was read in the posture of its "
+        "row",
+        kind=_(misfit.kind.plural),
     )
 
 

@@ -12,30 +12,61 @@ import numpy as np
 
 from fastcal.effects.entries import traits_of
 from fastcal.report.formatting import significant, with_uncertainty
+from fastcal.report.language import _
 from fastcal.report.tables import unit_text
+from fastcal.said import said
 from fastcal.units import UNITS, ShopUnit, factor, parse_name, shop_unit, unit_names
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import NamedValue
 
 _MOST = 3  # numbers that are listed one by one
-_NUMBERS = {"inverse_ei": "1/EI", "inverse_gj": "1/GJ", "extra": "mass", "error": "relative error"}
+_NUMBERS = {"inverse_ei": "1/EI", "inverse_gj": "1/GJ", "extra": said("mass"), "error": said("relative error")}
+_NUMBERS |= {
+    str(word): word
+    for word in (
+        *(said("amplitude"), said("coefficient"), said("compliance"), said("cosine"), said("even"), said("gap")),
+        *(said("offset"), said("order"), said("phase"), said("ratio"), said("sine"), said("size"), said("scale")),
+        *(said("turn per moment"), said("turn per current"), said("turn per load"), said("turn per kelvin")),
+        *(said("share of the last move"), said("change"), said("share"), said("height"), said("motion")),
+        *(said("delay"), said("readout"), said("hardening"), said("cubic"), said("critical"), said("width")),
+    )
+}
 _AXES = re.compile(r"(rate|step|shift|turn|way|moment)_(r?)([xyz])")
+_NUMBERED = re.compile(r"(shape|knot|distortion)(\d+)")
+_SHAPES = {"shape": said("shape"), "knot": said("knot"), "distortion": said("distortion")}
+_MOVED = {  # with and without its axis, by what moves and whether it turns
+    ("rate", "r"): ("turn rate about {axis}", "turn rate"),
+    ("rate", ""): ("shift rate along {axis}", "shift rate"),
+    ("moment", ""): ("moment along {axis}", "moment"),
+    ("", "r"): ("turn about {axis}", "turn"),
+    ("", ""): ("shift along {axis}", "shift"),
+}
 
 
-def number_in_words(name: str) -> str:
+def number_in_words(name: str, *, with_axis: bool = True) -> str:
     """A parameter without its unit: `rate_rx` to "turn rate about x", `step_x` to "shift along x"."""
     found = _AXES.fullmatch(name)
     if found is None:
-        return _NUMBERS.get(name, name.replace("_", " "))
+        numbered = _NUMBERED.fullmatch(name)
+        if numbered:
+            return f"{_(_SHAPES[numbered[1]])}{numbered[2]}"
+        word = name.replace("_", " ")
+        return _(_NUMBERS[word]) if word in _NUMBERS else word
     kind, turning, axis = found.groups()
-    moved = ("turn about" if turning else "shift along") if kind != "moment" else "moment along"
-    return f"{moved.replace(' ', ' rate ') if kind == 'rate' else moved} {axis}"
+    known = kind if kind in ("rate", "moment") else ""
+    message, alone = _MOVED[known, turning if known != "moment" else ""]
+    return _(message, axis=axis) if with_axis else _(alone)
 
 
 def kind_in_words(effect: str, name: str) -> str:
     """The same without the axis, for statements about all axes at once."""
-    return re.sub(r" (along|about) [xyz]$", "", number_in_words(name)) or (traits_of(effect).number or "size")
+    return number_in_words(name, with_axis=False) or _number_of(effect)
+
+
+def _number_of(effect: str) -> str:
+    """What the parameter without a name of an effect is."""
+    return _(traits_of(effect).number or "size")
 
 
 def split_name(name: str) -> tuple[str, str]:
@@ -81,22 +112,22 @@ def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tu
     """(what, how much) of an identified effect, a line for each parameter."""
     lines = []
     for name, found in parameters.items():
-        what = number_in_words(split_name(name)[0]) or (traits_of(effect).number or "size")
+        what = number_in_words(split_name(name)[0]) or _number_of(effect)
         if name == "order":
-            lines.append(("cycles a turn", f"{found.value:g}"))
+            lines.append((_("cycles a turn"), f"{found.value:g}"))
         elif name == "phase_rad":
-            lines.append(("phase", value_text(name, found.value, found.std)))
+            lines.append((_("phase"), value_text(name, found.value, found.std)))
         elif name == "at_s":
-            lines.append(("at", f"{found.value:.0f} s"))
+            lines.append((_("at"), f"{found.value:.0f} s"))
         elif name == "at_row":
-            lines.append(("from row", f"{found.value:.0f} on"))
+            lines.append((_("from row"), _("{row} on", row=f"{found.value:.0f}")))
         else:
             lines.append((what, value_text(name, found.value, found.std)))
     compliance = parameters.get("compliance_rad_nm")
     if compliance is not None and compliance.value > 0:
         minute = shop_unit("rad", 3e-4)
         stiffness = 1 / minute.of(compliance.value)
-        lines.append(("as a stiffness", f"{significant(stiffness)} N\N{NO-BREAK SPACE}m/{minute.text}"))
+        lines.append((_("as a stiffness"), f"{significant(stiffness)} N\N{NO-BREAK SPACE}m/{minute.text}"))
     return lines
 
 
@@ -109,7 +140,7 @@ def estimate_text(estimate: Mapping[str, float]) -> str:
     sizes = [(split_name(name)[1], value) for name, value in known.items()]
     if len(sizes) <= _MOST:
         return ", ".join(_signed(unit, value) for unit, value in sizes)
-    return "up to " + ", ".join(size_text(unit, size) for unit, size in _largest(sizes))
+    return _("up to {sizes}", sizes=", ".join(size_text(unit, size) for unit, size in _largest(sizes)))
 
 
 def _signed(unit: str, value: float) -> str:

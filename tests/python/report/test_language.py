@@ -14,9 +14,13 @@ from jinja2 import nodes
 from jinja2.ext import extract_from_ast
 
 from fastcal.calibration.camera_places import ONE_AXIS, TWO_AXES
+from fastcal.diagnosis import words
+from fastcal.diagnosis.words import effect_in_words
 from fastcal.effects.entries import effect_names
+from fastcal.effects.rig_traits import ALIKE, RIG_TRAITS
 from fastcal.monitoring.words import phrase
-from fastcal.report import language, page
+from fastcal.report import diagnosis_words, language, page, shop
+from fastcal.report.diagnosis_tables import needs_of
 from fastcal.report.formatting import fixed, plural
 from fastcal.report.language import _, catalogue, in_language
 
@@ -48,7 +52,7 @@ def texts_of(node: ast.expr) -> Iterator[str]:
 def of_python(path: Path) -> Iterator[str]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-            if node.func.id in ("_", "translated"):
+            if node.func.id in ("_", "translated", "said", "chained"):
                 yield from texts_of(node.args[0])
             elif node.func.id == "plural" and len(node.args) == 2:
                 for noun in texts_of(node.args[1]):
@@ -70,8 +74,17 @@ def of_template(path: Path) -> Iterator[str]:
 def messages() -> set[str]:
     """Of the pages that speak more than one language: modules that import `_`, templates that call it."""
     out = set(FROM_BELOW) | {phrase(effect) for effect in effect_names()}
-    modules = [path for path in REPORT.glob("*.py") if TRANSLATED.search(path.read_text(encoding="utf-8"))]
-    for path in [*modules, REPORT.parent / "monitoring" / "words.py"]:
+    out |= {effect_in_words(effect).message for effect in [*effect_names(), *RIG_TRAITS]} | set(ALIKE.values())
+    out |= {need for effect in effect_names() for need in needs_of(effect)}
+    out |= {*words._REASONS.values(), *words._OF_A_JOINT.values(), *diagnosis_words._VARIANTS.values()}
+    out |= {message for both in shop._MOVED.values() for message in both}
+    modules = [
+        path
+        for path in [*REPORT.glob("*.py"), *(REPORT.parent / "fleet").glob("*.py")]
+        if TRANSLATED.search(path.read_text(encoding="utf-8"))
+    ]
+    saying = [path for path in REPORT.parent.rglob("*.py") if "said(" in path.read_text(encoding="utf-8")]
+    for path in [*modules, *saying, REPORT.parent / "monitoring" / "words.py"]:
         out |= set(of_python(path))
     for path in (REPORT / "templates").glob("*.html"):
         if '_("' in path.read_text(encoding="utf-8"):
