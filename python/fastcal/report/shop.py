@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _MOST = 3  # numbers that are listed one by one
 _NUMBERS = {"inverse_ei": "1/EI", "inverse_gj": "1/GJ", "extra": said("mass"), "error": said("relative error")}
 _NUMBERS |= {
-    str(word): word
+    word.replace(" ", "_"): word
     for word in (
         *(said("amplitude"), said("coefficient"), said("compliance"), said("cosine"), said("even"), said("gap")),
         *(said("offset"), said("order"), said("phase"), said("ratio"), said("sine"), said("size"), said("scale")),
@@ -51,8 +51,7 @@ def number_in_words(name: str, *, with_axis: bool = True) -> str:
         numbered = _NUMBERED.fullmatch(name)
         if numbered:
             return f"{_(_SHAPES[numbered[1]])}{numbered[2]}"
-        word = name.replace("_", " ")
-        return _(_NUMBERS[word]) if word in _NUMBERS else word
+        return _(_NUMBERS[name]) if name in _NUMBERS else name.replace("_", " ")
     kind, turning, axis = found.groups()
     known = kind if kind in ("rate", "moment") else ""
     message, alone = _MOVED[known, turning if known != "moment" else ""]

@@ -278,6 +278,7 @@ def test_numbers_are_in_the_units_of_the_shop_floor() -> None:
 def test_names_are_spoken() -> None:
     assert shop.number_in_words("rate_rx") == "turn rate about x"
     assert shop.number_in_words("step_z") == "shift along z"
+    assert shop.number_in_words("inverse_ei") == "1/EI"
     assert shop.kind_in_words("base_drift", "rate_rx") == "turn rate"
     assert shop.kind_in_words("thermal_offset", "") == "turn per kelvin"
     spoken = diagnosis_words.spoken
