@@ -32,7 +32,7 @@ _KEPT = re.compile(r"(%?\{\{.*?\}\}|\{.*?\})")
 _TEXTS = ("text", "ticktext", "label", "labels", "hovertemplate", "title")
 # Names of files, columns, commands and units are the same in all languages.
 NAMES = {"approach", "arcmin", "arcsec", "arrays", "currentN", "fastcal", "model", "ppm", "yaml", "drop", "without"}
-NAMES |= {"backlash", "joint", "pmc", "csv", "next", "poses", "Wrist"}
+NAMES |= {"backlash", "joint", "pmc", "csv", "next", "poses", "wrist", "Wrist"}
 
 
 class Blotted(dict[str, str]):

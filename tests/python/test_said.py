@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Texts that remember what they were made of: plain strings to files, said again by a page in its language."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+
+import pytest
+
+from fastcal.diagnosis.words import cause_in_words, owner_in_words
+from fastcal.report.language import _, in_language
+from fastcal.said import Said, capital, chained, joined, said
+
+
+def test_a_text_is_english_and_says_itself_again() -> None:
+    text = said("{what} by {size:.2f} mm", what=cause_in_words("backlash", "joint3"), size=1.5)
+    assert text == "joint 3: backlash (lost motion) by 1.50 mm"
+    assert json.loads(json.dumps({"text": text})) == {"text": str(text)}
+    with in_language("de"):
+        assert _(cause_in_words("backlash", "joint3")) == "Gelenk 3: Umkehrspiel"
+        assert _("{what} by {size}", what=owner_in_words("link2"), size=1.5) == "Glied 2 um 1,5"
+        assert _(capital(owner_in_words("base"))) == "Basis"
+    assert _(text) == text
+
+
+def test_parts_are_joined_and_chained() -> None:
+    joints = [owner_in_words(f"joint{k}") for k in (1, 2, 3)]
+    assert joined(", ", joints) == "joint 1, joint 2, joint 3"
+    assert chained("{first} or {second}", joints) == "joint 1 or joint 2 or joint 3"
+    assert chained("{first} or {second}", []) == ""
+    with in_language("de"):
+        assert _(chained("{first} or {second}", joints)) == "Gelenk 1 oder Gelenk 2 oder Gelenk 3"
+
+
+@pytest.mark.parametrize("text", [said("a {b}", b="{x}"), capital(said("{{a}} {b:.1f}", b=2.0)), joined("", [])])
+def test_copies_remember_as_well(text: Said) -> None:
+    for other in (copy.deepcopy(text), pickle.loads(pickle.dumps(text))):  # noqa: S301  our own
+        assert (other, other.message, other.values) == (text, text.message, text.values)
+        assert type(other) is type(text)
