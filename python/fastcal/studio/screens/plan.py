@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from fastcal.units import to_si
 POSES = "plan/poses.csv"
 _SURROUNDINGS = "plan/surroundings.yaml"
 
+Box = list[list[float]]  # lower and upper corner [mm] in the measuring frame
+
 
 def build(studio: Studio) -> None:
     """Builds the screen."""
@@ -30,7 +33,7 @@ def build(studio: Studio) -> None:
         ui.label("Choose the arm first.")
         ui.link("To the screen Data", "/")
         return
-    boxes: list[list[list[float]]] = list(project.answers.get("keep_out_mm") or [])
+    boxes: list[Box] = list(project.answers.get("keep_out_mm") or [])
 
     with card("What for"), ui.row().classes("items-end gap-4"):
         count = ui.number("Poses", value=40, min=8, max=500, precision=0).classes("w-28")
@@ -55,7 +58,7 @@ def build(studio: Studio) -> None:
     with card(
         "Keep out", "Boxes in mm in the measuring frame; the floor and the arm's own column are kept clear anyway."
     ):
-        listed = ui.column()
+        listed = ui.column().classes("w-full")
         with ui.row().classes("items-end gap-2"):
             fields = [
                 ui.number(f"{side} {axis}", value=0.0).classes("w-24") for side in ("from", "to") for axis in "xyz"
@@ -70,24 +73,27 @@ def build(studio: Studio) -> None:
     line, work = ui.column().classes("w-full"), ui.column().classes("w-full")
     out = ui.column().classes("w-full")
     curve: list[Any] = []
+    drawn: list[Callable[[], None]] = []  # draws the poses anew where there are any
 
     def remove(k: int) -> None:
         boxes.pop(k)
         changed()
 
-    def changed() -> None:
+    def moved() -> None:
         project.answer("keep_out_mm", boxes)
+        with told():
+            for draw in drawn:
+                draw()
+
+    def changed() -> None:
         listed.clear()
         with listed:
-            for k, (low, high) in enumerate(boxes):
-                with ui.row().classes("items-center"):
-                    ui.label(f"{low} to {high} mm").classes("font-mono")
-                    ui.button(icon="close", on_click=lambda k=k: remove(k)).props(
-                        f'flat dense round aria-label="Remove box {k + 1}"'
-                    )
+            _places(boxes, pictures.reach_of(project.robot()), moved, remove)
         out.clear()
+        drawn.clear()
         with out, told():
-            _poses(studio, boxes, curve)
+            drawn.extend(_poses(studio, boxes, curve))
+        moved()
 
     def done(result: dict[str, Any]) -> None:
         curve[:] = result["curve"]
@@ -100,34 +106,75 @@ def build(studio: Studio) -> None:
     changed()
 
 
-def _poses(studio: Studio, boxes: list[Any], curve: list[Any]) -> None:
-    """The planned poses in space, those that cannot be driven in red, and the files to take along."""
+def _places(boxes: list[Box], reach: Any, moved: Callable[[], None], remove: Callable[[int], None]) -> None:
+    """A row a box: where it is, and a button that takes it away."""
+    for k, box in enumerate(boxes):
+        with ui.row().classes("items-center w-full gap-4"):
+            _place(box, reach, f"box {k + 1}", moved)
+            ui.button(icon="close", on_click=lambda k=k: remove(k)).props(
+                f'flat dense round aria-label="Remove box {k + 1}"'
+            )
+
+
+def _place(box: Box, reach: Any, name: str, moved: Callable[[], None]) -> None:
+    """Sliders that drag a box along the axes, and numbers for its middle and size; `moved` is called after each."""
+    low, high = box
+
+    def put(k: int, middle: float, size: float) -> None:
+        low[k], high[k] = middle - size / 2, middle + size / 2
+        moved()
+
+    for k, axis in enumerate("xyz"):
+        low[k], high[k] = min(low[k], high[k]), max(low[k], high[k])
+        middle, size = (low[k] + high[k]) / 2, high[k] - low[k]
+        centre, far = float(np.mean(reach[k])), float(np.ptp(reach[k]))  # as far again as the arm reaches
+        ends = min(centre - far, middle), max(centre + far, middle)
+        with ui.column().classes("gap-0 w-56"):
+            slider = ui.slider(min=round(ends[0]), max=round(ends[1]), value=middle, step=1)
+            slider.props(f'aria-label="{axis} of {name}"')
+            with ui.row().classes("no-wrap gap-2"):
+                at = ui.number(f"{axis} mm", value=middle).classes("w-24").bind_value(slider)
+                width = ui.number("size", value=size, min=0).classes("w-24")
+
+        def follow(_event: Any, k: int = k, at: Any = at, width: Any = width) -> None:
+            if at.value is not None and width.value is not None:
+                put(k, float(at.value), float(width.value))
+
+        at.on_value_change(follow)
+        width.on_value_change(follow)
+
+
+def _poses(studio: Studio, boxes: list[Box], curve: list[Any]) -> list[Callable[[], None]]:
+    """The planned poses in space, those that cannot be driven in red, and the files; what draws them anew, if any."""
     project = studio.project
     if not project.path(POSES).exists():
-        return
+        return []
     robot = project.robot()
     data = load_measurements(project.path(POSES), robot, require_measured=False)
-    keep_out: Any = [tuple(np.asarray(to_si(np.array(corner, float), "mm")) for corner in box) for box in boxes]
-    around = Surroundings(keep_out=keep_out)
-    why = around.obstacles(robot, data.q)
-    red = int(np.sum(why > 0))
     points = pictures.millimetres(robot.forward(data.q)[:, :3, 3])
-    colours = [pictures.RED if reason else pictures.BLUE for reason in why]
-    texts = [f"pose {k + 1}" + (f": would {REASONS[int(r)]}" if r else "") for k, r in enumerate(why)]
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
         with card(f"{len(data)} poses"):
-            said = f"{red} cannot be driven as the boxes are now: plan again" if red else "all can be driven"
-            ui.label(said).classes("text-negative" if red else "text-positive").props('data-test="drivable"')
+            said = ui.label().props('data-test="drivable"')
             slider = ui.slider(min=1, max=len(data), value=1, step=1).props('label aria-label="Pose"')
-            traces = [pictures.cloud(points, colours, texts, 5), *(pictures.box(*box) for box in boxes)]
-            picture = ui.plotly(pictures.scene([*traces, *pictures.arm(robot, data.q[0])])).classes("w-full")
+            picture = ui.plotly(pictures.scene([pictures.cloud(points, pictures.BLUE, [])])).classes("w-full")
 
-            def look() -> None:
+            def draw() -> None:
+                keep_out: Any = [
+                    tuple(np.asarray(to_si(np.array(corner, float), "mm")) for corner in box) for box in boxes
+                ]
+                why = Surroundings(keep_out=keep_out).obstacles(robot, data.q)
+                red = int(np.sum(why > 0))
+                said.set_text(
+                    f"{red} cannot be driven as the boxes are now: plan again" if red else "all can be driven"
+                )
+                said.classes(replace="text-negative" if red else "text-positive")
+                colours = [pictures.RED if reason else pictures.BLUE for reason in why]
+                texts = [f"pose {k + 1}" + (f": would {REASONS[int(r)]}" if r else "") for k, r in enumerate(why)]
                 k = int(slider.value) - 1
-                colour = pictures.RED if why[k] else pictures.BLUE
-                picture.update_figure(pictures.scene([*traces, *pictures.arm(robot, data.q[k], colour)]))
+                traces = [pictures.cloud(points, colours, texts, 5), *(pictures.box(*box) for box in boxes)]
+                picture.update_figure(pictures.scene([*traces, *pictures.arm(robot, data.q[k], colours[k])]))
 
-            slider.on_value_change(look)
+            slider.on_value_change(draw)
         with card("What they would do"):
             if curve:
                 counts, values = zip(*curve, strict=True)
@@ -137,6 +184,7 @@ def _poses(studio: Studio, boxes: list[Any], curve: list[Any]) -> None:
                 name = str(file.relative_to(project.folder))
                 ui.link(f"{Path(name).name}", address(name)).props(f'download data-test="file-{file.suffix}"')
             ui.link("Next: measure them on the screen Live", "/live")
+    return [draw]
 
 
 def _write_surroundings(studio: Studio, boxes: list[Any]) -> None:
