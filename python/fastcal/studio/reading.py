@@ -285,5 +285,8 @@ def _exports(project: Project) -> tuple[list[str], str | None]:
 
 
 def _plain(text: str, project: Project) -> str:
-    """A sentence with the project's files as a person knows them."""
-    return text.replace(f"{project.folder}/inputs/", "").replace(f"{project.folder}/", "")
+    """A sentence with the project's files as a person knows them, and the screen's words in place of an option's."""
+    text = text.replace(f"{project.folder}/inputs/", "").replace(f"{project.folder}/", "")
+    return text.replace(
+        "give the controller's log or program with --joints FILE", "drop the controller's log or program"
+    )

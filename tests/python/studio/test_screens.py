@@ -41,7 +41,7 @@ def test_data_from_two_files_to_a_measurement_file(look: Any, studio: Any, expor
     page = look.go("/")
     look.choose("Shipped arm", "ur5")
     look.drop("instrument", exports / "ur5_sa.txt")
-    look.get("problem").wait_for()
+    look.get("problem").filter(has_text="no joints: drop the controller's log or program").wait_for()
     look.drop("controller", exports / "joints.csv")
     look.get("joined").wait_for()
     assert "joined with their poses by name" in " ".join(look.get("note").all_inner_texts())
@@ -87,6 +87,7 @@ def test_result_calibrates_and_shows_the_page(look: Any, studio: Any) -> None:
     look.get("calibrate").click()
     frame = page.frame_locator('[data-test="page-calibration"]')
     frame.locator("h1").first.wait_for()
+    assert look.get("next").get_attribute("href") == "/program"
     result = json.loads((studio.folder / "calibration" / "result.json").read_text())
     assert result["status"] == "converged"
     # Without the effect the others are fitted again: the error can only rise.

@@ -18,6 +18,7 @@ from fastcal.errors import FastcalError
 from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
 from fastcal.programs import Program
+from fastcal.report.formatting import plural
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.studio import pictures
@@ -74,9 +75,7 @@ def build(studio: Studio) -> None:
                     program = load_program(path)
                     found = await run.io_bound(partial(compensate_program, robot, program, **options))
                 except FastcalError as error:
-                    ui.label(str(error).replace(f"{project.folder}/", "")).classes("text-negative").props(
-                        'data-test="refused" role=alert'
-                    )
+                    ui.label(_own(studio, str(error))).classes("text-negative").props('data-test="refused" role=alert')
                     return
                 if found is None:  # the window was closed
                     return
@@ -91,19 +90,24 @@ def build(studio: Studio) -> None:
     out = ui.column().classes("w-full")
 
 
+def _own(studio: Studio, text: str) -> str:
+    """A sentence with the project's files as the screens call them."""
+    return text.replace(f"{studio.project.folder}/", "")
+
+
 def _shown(
     studio: Studio, robot: Robot, program: Program, found: CompensatedProgram, files: list[Path], line: str
 ) -> None:
     error = from_si(found.error, "mm")
     with card("What it does"):
         taken = f"mean {error.mean():.2f} mm, largest {error.max():.2f} mm"
-        ui.label(f"{len(found.targets)} targets; error taken away: {taken}").classes("text-lg").props(
+        ui.label(f"{plural(len(found.targets), 'target')}; error taken away: {taken}").classes("text-lg").props(
             'data-test="taken"'
         )
         for sentence in (*found.left, *found.assumed):
-            ui.label(f"⚠ {sentence}").classes("text-warning")
+            ui.label(f"⚠ {_own(studio, sentence)}").classes("text-warning")
         for sentence in found.notes:
-            ui.label(f"• {sentence}").classes("text-sm")
+            ui.label(f"• {_own(studio, sentence)}").classes("text-sm")
         for file in files:
             name = str(file.relative_to(studio.project.folder))
             ui.link(f"Download {file.name}", address(name)).props('download data-test="download"')

@@ -65,6 +65,7 @@ def build(studio: Studio) -> None:
         there.sort(key=lambda out: project.path(f"{out}/report.html").stat().st_mtime, reverse=True)
         if not there:
             return
+        ui.link("Next: compensate a robot program on the screen Program", "/program").props('data-test="next"')
         with ui.tabs().props("align=left") as tabs:
             for out in there:
                 ui.tab(out)
