@@ -12,7 +12,6 @@ from fastcal.io.results import write_json
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
-from fastcal.report.language import _, in_language
 from fastcal.report.tables import Column, Group, Table, number_cell
 from fastcal.units import from_si
 
@@ -22,25 +21,18 @@ if TYPE_CHECKING:
 FILES = ("path.json", "report.html")
 
 
-def write_measured_path(
-    found: PathFigures, robot_name: str, folder: str | os.PathLike[str], *, language: str = "en"
-) -> None:
-    """Writes path.json and report.html, in that language, into a folder, both or none."""
+def write_measured_path(found: PathFigures, robot_name: str, folder: str | os.PathLike[str]) -> None:
+    """Writes path.json and report.html into a folder, both or none."""
     with atomic_folder(folder, owned=FILES) as place:
         write_json(place / "path.json", found.to_json_dict())
-        (place / "report.html").write_text(measured_path_page(found, robot_name, language), encoding="utf-8")
+        (place / "report.html").write_text(measured_path_page(found, robot_name), encoding="utf-8")
 
 
-def measured_path_page(found: PathFigures, robot_name: str, language: str = "en") -> str:
+def measured_path_page(found: PathFigures, robot_name: str) -> str:
     """The HTML text of the page."""
-    with in_language(language):
-        return _page(found, robot_name)
-
-
-def _page(found: PathFigures, robot_name: str) -> str:
     return page.render(
         "measured_path.html",
-        title=_("Measured path of {robot}", robot=robot_name),
+        title=f"Measured path of {robot_name}",
         robot_name=robot_name,
         simulated=False,
         runs=found.runs,
@@ -55,25 +47,23 @@ def _table(found: PathFigures) -> Table:
     names = [("AT (mm)", "AT_mm"), ("RT (mm)", "RT_mm")]
     if found.turn_accuracy is not None:
         names += [
-            (_("{symbol} about {axis} (deg)", symbol=symbol, axis=axis), f"{symbol}_r{axis}_deg")
-            for symbol in ("AT", "RT")
-            for axis in "xyz"
+            (f"{symbol} about {axis} (deg)", f"{symbol}_r{axis}_deg") for symbol in ("AT", "RT") for axis in "xyz"
         ]
     values = [(name, float(content[key])) for name, key in names]
     for each in found.corners:
-        values.append((_("CR, corner {number} (mm)", number=each.corner), float(from_si(each.rounding, "mm"))))
-        values.append((_("CO, corner {number} (mm)", number=each.corner), float(from_si(each.overshoot, "mm"))))
+        values.append((f"CR, corner {each.corner} (mm)", float(from_si(each.rounding, "mm"))))
+        values.append((f"CO, corner {each.corner} (mm)", float(from_si(each.overshoot, "mm"))))
     rows = [[number_cell(name, None), number_cell(significant(value, 4), value)] for name, value in values]
-    return Table(_("Figures of ISO 9283."), [Column(_("figure"), numeric=False), Column(_("value"))], [Group(rows)])
+    return Table("Figures of ISO 9283.", [Column("figure", numeric=False), Column("value")], [Group(rows)])
 
 
 def _figure(found: PathFigures) -> Figure:
     along = from_si(found.along, "mm")
-    key = [Key(_("accuracy |m - c|"), figures.BEFORE, "dash"), Key(_("repeatability l + 3 S"), figures.AFTER, "solid")]
+    key = [Key("accuracy |m - c|", figures.BEFORE, "dash"), Key("repeatability l + 3 S", figures.AFTER, "solid")]
     traces = [
-        figures.line(along, from_si(values, "mm"), entry.colour, entry.mark, hover=_("%{{y:.4g}} mm at %{{x:.5g}} mm"))
+        figures.line(along, from_si(values, "mm"), entry.colour, entry.mark, hover="%{y:.4g} mm at %{x:.5g} mm")
         for entry, values in zip(key, (found.accuracy, found.repeatability), strict=True)
     ]
-    drawn = figures.layout(_("along the path (mm)"), "mm")
-    alt = _("Path accuracy and repeatability at each plane along the commanded path.")
-    return Figure("measured-path", _("Along the path"), alt, traces, drawn, columns=6, height=380, key=key)
+    drawn = figures.layout("along the path (mm)", "mm")
+    alt = "Path accuracy and repeatability at each plane along the commanded path."
+    return Figure("measured-path", "Along the path", alt, traces, drawn, columns=6, height=380, key=key)

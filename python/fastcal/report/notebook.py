@@ -204,7 +204,7 @@ def _effect(found: Diagnosis, name: str | None = None) -> list[Figure]:
         raise InvalidInput(f"{name} is no effect of the arm: nothing of it can be drawn")
     seen = partial_residuals.of_finding(found.fitted_with(named[name]), named[name])
     first, *others = effect_figures.effect_figures(seen, named[name].owner, "effect")
-    return [replace(first, key=effect_figures.KEY), *others]
+    return [replace(first, key=effect_figures.effect_key()), *others]
 
 
 def _likeness(found: Diagnosis) -> list[Figure]:

@@ -9,14 +9,12 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 from unittest import mock
 
 import numpy as np
 import pytest
 
-from fastcal.acceptance.path_figures import PathFigures, PathRun, path_figures
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.plan import SeparatingPlan
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Reason
@@ -26,7 +24,6 @@ from fastcal.fleet.result import ArmResult, Fleet
 from fastcal.measurements.dataset import Dataset
 from fastcal.report import language
 from fastcal.report.diagnosis_report import diagnosis_page
-from fastcal.report.measured_path_report import measured_path_page
 
 _KEPT = re.compile(r"(%?\{\{.*?\}\}|\{.*?\})")
 _TEXTS = ("text", "ticktext", "label", "labels", "hovertemplate", "title")
@@ -107,15 +104,3 @@ def test_nothing_english_is_left_on_the_page_of_a_fleet() -> None:
     for verdict in ("", "named"):
         fleet = Fleet([replace(arm, verdict=verdict) for arm in arms])
         assert left_in_english(lambda fleet=fleet: fleet_page(fleet, language="de")) - NAMES == set()
-
-
-def _measured() -> PathFigures:
-    corners = np.array([[0.0, 0, 0.5], [0.4, 0, 0.5], [0.4, 0.3, 0.5]])
-    line = np.vstack([np.linspace(a, b, 50) for a, b in pairwise(corners)])
-    turned = np.broadcast_to(np.eye(3), (len(line), 3, 3))
-    runs = [PathRun(line + np.array([-1e-4, 0, shift]), turned) for shift in (0.0, 1e-4)]
-    return path_figures(corners, runs, rotation=np.eye(3))
-
-
-def test_nothing_english_is_left_on_the_page_of_a_measured_path() -> None:
-    assert left_in_english(lambda: measured_path_page(_measured(), "r1", "de")) - NAMES == set()

@@ -139,7 +139,7 @@ def test_a_diagnosis_draws_its_gap_and_its_effect(found: Diagnosis, hidden_backl
     assert bars.x[0] == pytest.approx(found.gap[0].test_rms_mm)
     effect = found.plot_effect("backlash@joint3")
     assert [trace.name for trace in effect.data if trace.showlegend is not False] == [
-        k.label for k in effect_figures.KEY
+        k.label for k in effect_figures.effect_key()
     ]
     fitted = [trace for trace in effect.data if trace.mode == "lines" and trace.y is not None and len(trace.y) == 2]
     levels = sorted(float(trace.y[0]) for trace in fitted if trace.y[0] is not None)
