@@ -77,6 +77,10 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     if top.has("known_distances"):
         spec["known_distances"] = [check_known_distance(fields) for fields in _list(top, "known_distances", 0, 1000)]
     spec |= check_rig(top, len(joints)) | check_cell_names(top)
+    if (of_poses := top.optional("of_poses")) is not None:
+        if of_poses is not True:
+            top.fail("of_poses", "true, or no such key", of_poses)
+        spec["of_poses"] = True
     spec |= _additions(top, kind, spec["joints"])
     top.done()
     return spec

@@ -69,6 +69,12 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
         "after": _size(after.mean, after.mean, rows.unit),
         "where": where,
     }
+    is_careful = any(remark.is_caution for remark in remarks)
+    word = _("With remarks") if is_careful else _("Good")
+    tone = "caution" if is_careful else "good"
+    if result.model.of_poses:
+        headline = _("Cameras and boards were placed; what was read misses by {after} on {where}.", **numbers)
+        return Verdict(tone, word, headline, remarks)
     if after.rms > _NO_GAIN * before.rms:
         headline = _(
             "Calibration did not make the robot noticeably more accurate: the mean error went from {before} to {after} "
@@ -84,9 +90,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
             ratio=significant(ratio, 2),
             **numbers,
         )
-    is_careful = any(remark.is_caution for remark in remarks)
-    word = _("With remarks") if is_careful else _("Good")
-    return Verdict("caution" if is_careful else "good", word, headline, remarks)
+    return Verdict(tone, word, headline, remarks)
 
 
 def listed(names: list[str]) -> str:
