@@ -47,6 +47,7 @@ from fastcal.calibration.shape import shape_of
 from fastcal.calibration.unknowns import (
     CORNERS,
     given_rig,
+    kept_unknowns,
     unknowns_by_owner,
     unknowns_found,
     unknowns_with_covariance,
@@ -185,6 +186,7 @@ def calibrate(
             freedom,
             *unseen_directions(found, names),
             covered(start, data) if long is None else covered_by_all(start, long),
+            *kept_unknowns(found, problem.measured, len(names), covariance),
         )
         found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot.keeping(found_spec | {"made_by": origin})

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -215,6 +215,18 @@ def _width(points: NDArray[np.float64]) -> float:
     """The second extent of points (K, 3) over the first: 0 where they are on a line."""
     extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return float(extents[1] / extents[0]) if extents[0] > 0 else 0.0
+
+
+def check_unknowns(fields: Fields, known: Sequence[str]) -> Spec:
+    """What a calibrated model keeps of its cameras and boards: names, and their rows of the root behind `known`."""
+    names, rows = fields.take("parameters"), fields.take("covariance_root")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        fields.fail("parameters", "a list of names", names)
+    if not isinstance(rows, list) or len(rows) != len(names):
+        fields.fail("covariance_root", f"a list of {len(names)} rows", rows)
+    checked = [fields.checked_vector(f"covariance_root[{i}]", row, len(known) + i + 1) for i, row in enumerate(rows)]
+    fields.done()
+    return {"parameters": list(names), "covariance_root": checked}
 
 
 def check_cell_names(top: Fields) -> Spec:

@@ -16,7 +16,7 @@ from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.loop_schema import check_branch, check_loops, check_order
 from fastcal.io.pendant_schema import check_pendant
-from fastcal.io.rig_schema import check_cell_names, check_rig
+from fastcal.io.rig_schema import check_cell_names, check_rig, check_unknowns
 from fastcal.io.structure_schema import check_structure
 from fastcal.robot.calibration_record import unpacked
 from fastcal.robot.controller_robot import GEOMETRY
@@ -336,6 +336,8 @@ def _calibration(fields: Fields, joints: list[Spec]) -> Spec:
         if not isinstance(covered, dict):
             fields.fail("covered", "a range by quantity", covered)
         record["covered"] = {str(k): fields.checked_vector(f"covered.{k}", v, 2) for k, v in covered.items()}
+    if fields.has("unknowns"):
+        record["unknowns"] = check_unknowns(Fields(fields.take("unknowns"), "calibration.unknowns", fields.path), names)
     if fields.has("nominal"):
         record["nominal"] = _nominal(Fields(fields.take("nominal"), "calibration.nominal", fields.path), joints)
     return record | fields.rest()
