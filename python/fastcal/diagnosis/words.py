@@ -79,6 +79,8 @@ _REASONS = {
     "clearly better",
     Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
     "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
+    Reason.NOT_OF_OTHER_POSTURES: "it is not in the model: postures that were held out with all their payloads are not "
+    "predicted clearly better with it",
     Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for may change with time or temperature in "
     "another way, and poses that are measured later may be predicted worse with it",
     Reason.CURVE_WITHOUT_NAME: "the joint's position error has a shape that no single cause explains",
