@@ -16,6 +16,7 @@ from fastcal import _core
 from fastcal.errors import ParseError
 from fastcal.io.mechanism import EVERY, FloatArray, JointOf, Mechanism, Pins, Ratio
 from fastcal.robot import se3
+from fastcal.units import to_si
 
 _KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "ball", "free": "free"}
 _SPINS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
@@ -37,7 +38,7 @@ class _Model:
         if root.find(".//include") is not None:
             raise ParseError("includes other files; save it as one file first (mujoco: mj_saveLastXML)", path)
         compiler = {key: value for each in root.findall("compiler") for key, value in each.attrib.items()}
-        self.per_unit = 1.0 if compiler.get("angle") == "radian" else np.pi / 180
+        self.per_unit = 1.0 if compiler.get("angle") == "radian" else to_si(1.0, "deg")
         self.sequence = compiler.get("eulerseq", "xyz")
         self.defaults: dict[str, dict[str, dict[str, str]]] = {}
         for each in root.findall("default"):

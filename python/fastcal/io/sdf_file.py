@@ -14,6 +14,7 @@ import numpy as np
 from fastcal.errors import ParseError
 from fastcal.io.mechanism import FloatArray, JointOf, Mechanism, Ratio
 from fastcal.robot import se3
+from fastcal.units import to_si
 
 _KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "ball": "ball"}
 _MODEL = "__model__"
@@ -133,7 +134,7 @@ def _pose(element: ET.Element | None) -> FloatArray:
         values = _numbers(element.text, 7)
         return se3.pose(_core.quaternion_to_rotation(values[[6, 3, 4, 5]]), values[:3])
     values = _numbers(element.text, 6)
-    unit = np.pi / 180 if element.get("degrees") == "true" else 1.0
+    unit = to_si(1.0, "deg") if element.get("degrees") == "true" else 1.0
     return se3.pose(se3.rpy_to_rotation(unit * values[3:]), values[:3])
 
 
