@@ -109,15 +109,16 @@ def calibrate_cell(
     if not readings.views:
         raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET")
     report("placing the members of the cell")
-    start = started(cell, readings)
+    start, used, wrong = started(cell, readings)
     asked = asked_parameters(start, readings)
     sizes = None
-    if _numbers_of(start, readings) < _ENOUGH * len(asked):
+    has_geometry = not all(arm.of_poses for arm in start.arms)
+    if has_geometry and _numbers_of(start, used) < _ENOUGH * len(asked):
         report("choosing how much the geometry is held")
-        sizes = _chosen_hold(start, readings, asked, loss, threads)
+        sizes = _chosen_hold(start, used, asked, loss, threads)
     report("identifying")
-    found = _identified(start, readings, asked, sizes, loss, threads)
-    measured = readings.measured(start)
+    found = _identified(start, used, asked, sizes, loss, threads)
+    measured = used.measured(start)
     model = start.with_values(np.asarray(found.theta))
     names = [full_name(parameter) for parameter in found.parameters]
     return CellResult(
@@ -133,7 +134,7 @@ def calibrate_cell(
         rank=found.rank,
         degrees_of_freedom=found.degrees_of_freedom,
         noise=noise_by_kind(measured, found),
-        outliers=list(found.outliers),
+        outliers=sorted({*found.outliers, *wrong}),
         train=kind_errors(model, readings, start),
         test=None if test is None else kind_errors(model, test, start),
         held=""
