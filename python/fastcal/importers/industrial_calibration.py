@@ -166,9 +166,8 @@ def _block(content: Mapping[str, Any], key: str, path: Path) -> Mapping[str, Any
 def _board(finder: Mapping[str, Any], path: Path) -> Spec:
     kind = str(finder.get("type", "")).rpartition("::")[2].removesuffix("Plugin")
     if kind not in (_CHARUCO, *_CIRCLES):
-        raise InvalidInput(
-            f"{path}: target_finder: '{kind:.60}' finds no board that is known here; known are {_CHARUCO} and {_CIRCLES[0]}"
-        )
+        known = f"{_CHARUCO} and {_CIRCLES[0]}"
+        raise InvalidInput(f"{path}: target_finder: '{kind:.60}' finds no board that is known here; known are {known}")
     mm = float(from_si(1.0, "mm"))
     try:
         size = {"columns": int(finder["cols"]), "rows": int(finder["rows"])}
