@@ -14,6 +14,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import fastcal
@@ -94,6 +95,17 @@ def test_cameras_boards_and_lenses_are_in_the_table_of_coverage_and_within_the_g
     for part, row in found["parts"].items():
         assert 0.93 <= row["covered"] <= 0.97, part
         assert f"| {part} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
+
+
+def test_the_table_of_hand_eyes_is_that_of_its_record() -> None:
+    text, levels = page("benchmarks.md"), record("bench_kinhec.json")["levels"]
+    for track in dict.fromkeys(of["track"] for of in levels):
+        own = [of for of in levels if of["track"] == track]
+        told = [of for of in own if not of["undetermined"]]
+        shift, turn = (float(np.median([of[u] / of[f"best_{u}"] for of in told])) for u in ("mm", "deg"))
+        better = sum(of["mm"] <= of["best_mm"] for of in told)
+        counts = f"| {track} | {sum(of['sessions'] for of in own)} | {len(told)} of {len(own)} "
+        assert f"{counts}| {shift:.2f} | {turn:.2f} | {better} of {len(told)} |" in text
 
 
 def test_wheels_and_arms_are_those_of_this_version() -> None:

@@ -103,7 +103,8 @@ def _natural(path: Path) -> list[tuple[int, str]]:
 
 
 def _by_name(pictures: Sequence[Path], table: Table) -> Joined | None:
-    """By a column that holds names of the pictures."""
+    """By the column that holds most names of the pictures; a number's part before its point is no name."""
+    best: tuple[int, Joined | None] = (0, None)
     for place, title in enumerate(table.names):
         if isinstance(table.columns[place], np.ndarray):
             continue
@@ -111,11 +112,15 @@ def _by_name(pictures: Sequence[Path], table: Table) -> Joined | None:
         for part in ("name", "stem"):
             places: dict[str, list[int]] = {}
             for row, name in enumerate(names):
+                if part == "stem" and name.suffix and name.suffix.lower() not in SUFFIXES:
+                    continue
                 places.setdefault(str(getattr(name, part)), []).append(row)
             found = [places.get(str(getattr(path, part)), []) for path in pictures]
-            if any(found) and all(len(rows) <= 1 for rows in found):
-                return Joined(tuple(rows[0] if rows else None for rows in found), f"by the names in column '{title}'")
-    return None
+            count = sum(map(len, found))
+            if count > best[0] and all(len(rows) <= 1 for rows in found):
+                joined = tuple(rows[0] if rows else None for rows in found)
+                best = count, Joined(joined, f"by the names in column '{title}'")
+    return best[1]
 
 
 def _by_number(pictures: Sequence[Path], count: int | None) -> Joined | None:

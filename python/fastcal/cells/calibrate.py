@@ -114,16 +114,17 @@ def calibrate_cell(
         raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET, or corners")
     report("placing the members of the cell")
     readings = judged_readings(cell, readings, mend=mend)
-    start = started(cell, readings)
-    places = rig_start(start, readings)
+    start, used, wrong = started(cell, readings)
+    places = rig_start(start, used)
     asked = asked_parameters(start, readings)
     sizes = None
-    if _numbers_of(start, readings) < _ENOUGH * len(asked):
+    has_geometry = not all(arm.of_poses for arm in start.arms)
+    if has_geometry and _numbers_of(start, used) < _ENOUGH * len(asked):
         report("choosing how much the geometry is held")
-        sizes = _chosen_hold(start, readings, asked, places, loss, threads)
+        sizes = _chosen_hold(start, used, asked, places, loss, threads)
     report("identifying")
-    found = _identified(start, readings, asked, places, sizes, loss, threads)
-    measured = readings.measured(start)
+    found = _identified(start, used, asked, places, sizes, loss, threads)
+    measured = used.measured(start)
     model = _there(start, measured, found)
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
@@ -142,7 +143,7 @@ def calibrate_cell(
         rank=found.rank,
         degrees_of_freedom=found.degrees_of_freedom,
         noise=noise_by_kind(measured, found),
-        outliers=list(found.outliers),
+        outliers=sorted({*found.outliers, *wrong}),
         train=kind_errors(model, readings, before),
         test=None if test is None else kind_errors(model, test, before),
         held=""

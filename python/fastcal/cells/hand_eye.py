@@ -4,7 +4,11 @@
 
 Turns: sum_i kron(R_Si, R_Ai) maps the columns of X^T to those of Y; its largest singular pair is X and Y (M. Shah,
 "Solving the robot-world/hand-eye calibration problem using the Kronecker product", 2013). Then the places are linear:
-R_Ai t_X - t_Y = -R_Ai R_X t_Si - t_Ai. Poses that do not agree are left out, round by round.
+R_Ai t_X - t_Y = -R_Ai R_X t_Si - t_Ai.
+
+Up to half of the poses may be wrong: of all poses and of small subsets, each followed by those poses that agree with it
+best, that solution counts which a share of all poses agrees with best (least trimmed squares by concentration,
+P. Rousseeuw and K. Van Driessen 2006); then all poses that agree with it are used.
 """
 
 from __future__ import annotations
@@ -15,38 +19,73 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 FEWEST = 3  # poses
+_SHARE = 0.4  # of the poses that are surely right
+_FEWEST_RIGHT = 5  # of few poses so many: fewer agree in many ways
+_SUBSETS, _SUBSET = 200, 4  # drawn, and poses of each
+_CONCENTRATIONS = 3
 _ROUNDS = 6
-_LEAST_KEPT = 0.6  # of the poses: fewer agree in many ways
-_FAR = 4.0  # times the median misfit: such a pose is left out of the next round
+_GROSS = 10.0  # the same: no noise makes such a pose
+_FAR = 4.0  # times the misfit of the right ones' last: such a pose is left out of the next round
 
 
 def hand_eye(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     """(4, 4) X and Y of poses A, S (N, 4, 4) [m]; None from fewer than three."""
     if len(A) < FEWEST:
         return None
-    used = np.ones(len(A), dtype=bool)
-    X, Y = np.eye(4), np.eye(4)
+    right = _right(len(A))
+    random = np.random.default_rng(0)  # always the same subsets
+    subsets = [random.choice(len(A), _SUBSET, replace=False) for _ in range(_SUBSETS)] if right < len(A) else []
+    best, least = np.arange(len(A)), np.inf
+    for subset in (best, *subsets):
+        used: NDArray[np.intp] = subset
+        for _ in range(_CONCENTRATIONS):
+            misfit = _misfits(A, S, used)
+            agree = np.argpartition(misfit, right - 1)[:right]
+            cost = float(np.sum(misfit[agree] ** 2))
+            if cost < least:
+                best, least = agree, cost
+            used = agree
+    agreeing = best
     for _ in range(_ROUNDS):
-        X, Y = _solved(A[used], S[used])
-        misfit = np.linalg.norm(A @ X @ S - Y, axis=(1, 2))
-        kept = misfit <= _FAR * max(float(np.median(misfit)), 1e-9)
-        if kept.sum() < max(FEWEST, _LEAST_KEPT * len(A)) or (kept == used).all():
+        kept = np.flatnonzero(~_beyond(_misfits(A, S, agreeing), _FAR))
+        if np.array_equal(kept, agreeing):
             break
-        used = kept
-    return X, Y
+        agreeing = kept
+    return _solved(A[agreeing], S[agreeing])
+
+
+def gross(A: FloatArray, S: FloatArray, X: FloatArray, Y: FloatArray) -> NDArray[np.bool_]:
+    """(N,) poses that are so far from A X S = Y that they are of something else."""
+    return _beyond(np.asarray(np.linalg.norm(A @ X @ S - Y, axis=(1, 2))), _GROSS)
+
+
+def _right(count: int) -> int:
+    """How many of so many poses are surely right."""
+    return max(min(count, _FEWEST_RIGHT), int(np.ceil(_SHARE * count)))
+
+
+def _beyond(misfit: FloatArray, times: float) -> NDArray[np.bool_]:
+    right = _right(len(misfit)) - 1
+    return np.asarray(misfit > times * max(float(np.partition(misfit, right)[right]), 1e-9))
+
+
+def _misfits(A: FloatArray, S: FloatArray, used: NDArray[np.intp]) -> FloatArray:
+    """(N,) of all poses, with X and Y of those that are used; 1 rad counts as 1 m."""
+    X, Y = _solved(A[used], S[used])
+    return np.asarray(np.linalg.norm(A @ X @ S - Y, axis=(1, 2)))
 
 
 def _solved(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
     """All poses alike."""
     RA, RS = A[:, :3, :3], S[:, :3, :3]
     # vec (column by column) of R_A R_X R_S = R_Y: kron(R_S^T, R_A) vec(R_X) = vec(R_Y).
-    K = np.mean([np.kron(s.T, a) for s, a in zip(RS, RA, strict=True)], axis=0)
+    K = np.einsum("nji,nkl->ikjl", RS, RA).reshape(9, 9)
     left, _, right = np.linalg.svd(K)
     RX = _turn(right[0].reshape(3, 3, order="F"))
     RY = _turn(left[:, 0].reshape(3, 3, order="F"))
     if np.linalg.norm(RA @ RX @ RS - RY) > np.linalg.norm(RA @ RX @ RS - _nearest(np.mean(RA @ RX @ RS, axis=0))):
         RY = _nearest(np.mean(RA @ RX @ RS, axis=0))
-    columns = np.concatenate([np.concatenate([a, -np.eye(3)], axis=1) for a in RA])
+    columns = np.concatenate([RA, np.broadcast_to(-np.eye(3), RA.shape)], axis=2).reshape(-1, 6)
     right_side = -(np.einsum("nij,jk,nk->ni", RA, RX, S[:, :3, 3]) + A[:, :3, 3]).ravel()
     t = np.linalg.lstsq(columns, right_side, rcond=None)[0]
     X, Y = np.eye(4), np.eye(4)

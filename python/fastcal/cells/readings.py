@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,6 +49,15 @@ class Readings:
         """Some rows."""
         tables = {name: np.ascontiguousarray(table[rows]) for name, table in self.tables.items()}
         return replace(self, q=np.ascontiguousarray(self.q[rows]), tables=tables)
+
+    def without(self, rows: Mapping[str, Sequence[int]]) -> Readings:
+        """Without what was read of some views in some rows."""
+        tables = dict(self.tables)
+        for name, table in self.tables.items():
+            if own := rows.get(name.partition("@")[2]):
+                tables[name] = table.copy()
+                tables[name][list(own)] = np.nan
+        return replace(self, tables=tables)
 
     def samples(self) -> _core.Samples:
         """The postures for the core."""

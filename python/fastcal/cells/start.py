@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.cells.cell import Cell
-from fastcal.cells.hand_eye import hand_eye
+from fastcal.cells.hand_eye import gross, hand_eye
 from fastcal.cells.readings import Readings
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
@@ -28,24 +28,32 @@ _ROUNDS = 8
 _LEAST = 3  # readings that place a member
 
 
-def started(cell: Cell, readings: Readings) -> Cell:
-    """The cell with its free targets and sensors where the readings put them, as far as they say."""
+def started(cell: Cell, readings: Readings) -> tuple[Cell, Readings, list[int]]:
+    """The cell with its free targets and sensors where the readings put them, as far as they say.
+
+    With the readings that belong to it, and the rows of those that do not.
+    """
     loose = [of for of in cell.points if not of.known.fixed and of.known.sigma_mm is None]
     if not any(view.partition(":")[2] for view in readings.views):
-        return cell  # read from the world: what the file says is near enough for the fit
-    cell = _closed_form(cell, readings, {of.name for of in loose})
+        return cell, readings, []  # read from the world: what the file says is near enough for the fit
+    cell, left, wrong = _closed_form(cell, readings, {of.name for of in loose})
+    readings = readings.without(wrong)
     for _ in range(_ROUNDS):
         for point in loose:
-            cell = _placed(cell, readings, point.name)
-    return cell
+            if point.name in left:
+                cell = _placed(cell, readings, point.name)
+    return cell, readings, sorted({row for rows in wrong.values() for row in rows})
 
 
-def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> Cell:
-    """The cell with sensors and targets that see each other, and are both free, where the closed form puts them.
+def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell, set[str], dict[str, list[int]]]:
+    """The cell with sensors and targets that see each other, both free, where the closed form puts them.
+
+    With what is left to be placed, and by view the rows whose readings are of something else.
 
     A T_frame_sensor S = T_other_target, A the sensor's frame in that of the target.
     """
     model, samples = cell.model, readings.samples()
+    wrong: dict[str, list[int]] = {}
     for view in readings.views:
         target, _, sensor = view.partition(":")
         seen = _measured_poses(readings, view)
@@ -57,11 +65,12 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> Cell:
         found = hand_eye(A[whole], seen[whole])
         if found is None:
             continue
+        wrong[view] = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
         moved = {sensor: found[0], target: found[1]}
         points = tuple(replace(of, place=frame_spec(moved[of.name])) if of.name in moved else of for of in cell.points)
         cell = replace(cell, points=points)
         loose = loose - set(moved)
-    return cell
+    return cell, loose, wrong
 
 
 def _world_poses(model: _core.ErrorModel, samples: _core.Samples, of: str, count: int) -> FloatArray:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.importers.pose_pairs import PosePairs
@@ -27,11 +28,7 @@ def write_pose_pairs(path: Path, pairs: PosePairs) -> Path:
     """
     check_csv_name(path)
     cell = path.with_name(f"{path.stem}_cell.yaml")
-    columns: dict[str, list[float]] = {}
-    for T, title in ((pairs.flange, "arm.{}"), (pairs.seen, "{}@board:camera")):
-        place = from_si(T[:, :3, 3], "mm")
-        values = np.column_stack([place, [_wxyz(R) for R in T[:, :3, :3]]])
-        columns |= {title.format(name): column.tolist() for name, column in zip(_TITLES, values.T, strict=True)}
+    columns = pose_columns(pairs.flange, "arm.{}") | pose_columns(pairs.seen, "{}@board:camera")
     on = {"camera": "arm", "board": "world"} if pairs.in_hand else {"camera": "world", "board": "arm"}
     content = {
         "arms": {"arm": {"robot": "pose"}},
@@ -42,6 +39,12 @@ def write_pose_pairs(path: Path, pairs: PosePairs) -> Path:
         table.write_text(csv_text(columns), encoding="utf-8", newline="\n")
         beside.write_text(yaml_text(content), encoding="utf-8", newline="\n")
     return cell
+
+
+def pose_columns(T: NDArray[np.float64], title: str) -> dict[str, list[float]]:
+    """Columns of poses (N, 4, 4) [m], their titles as `title` has them: "arm.{}"."""
+    values = np.column_stack([from_si(T[:, :3, 3], "mm"), [_wxyz(R) for R in T[:, :3, :3]]])
+    return {title.format(name): column.tolist() for name, column in zip(_TITLES, values.T, strict=True)}
 
 
 def _wxyz(R: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[float]:

@@ -30,6 +30,13 @@ def test_by_a_column_of_names(tmp_path: Path, column: str) -> None:
     assert column in found.how
 
 
+def test_a_number_is_not_named_by_what_is_before_its_point(tmp_path: Path) -> None:
+    table = poses(tmp_path, "q1_deg,picture\n2.5,0.png\n0.25,1.png\n1.75,2.png\n")
+    found = joined(names("0.png", "1.png", "2.png"), table)
+    assert found.rows == (0, 1, 2)
+    assert "picture" in found.how
+
+
 def test_by_numbers_from_none_or_one(tmp_path: Path) -> None:
     table = poses(tmp_path, "q1_deg\n1\n2\n3\n")
     assert joined(names("p0.png", "p2.png", "p1.png"), table).rows == (0, 2, 1)

@@ -15,7 +15,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
-from fastcal.cells.hand_eye import hand_eye
+from fastcal.cells.hand_eye import gross, hand_eye
 from fastcal.cells.pose_arm import pose_joints
 from fastcal.cli import main
 from fastcal.errors import InvalidInput
@@ -95,6 +95,41 @@ def test_the_closed_form_needs_no_guess_and_leaves_out_a_pose_that_is_wrong() ->
     assert found is not None
     np.testing.assert_allclose(found[0], X, atol=1e-7)
     assert hand_eye(A[:2], S[:2]) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_half_of_the_poses_may_be_wrong(seed: int, tmp_path: Path) -> None:
+    random = np.random.default_rng(seed)
+    A = np.array(flange_poses(24, 40 + seed))
+    S = np.array([seen(a, random) for a in A])
+    A[:, :3, 3], S[:, :3, 3] = 1e-3 * A[:, :3, 3], 1e-3 * S[:, :3, 3]
+    wrong = random.choice(24, 12, replace=False)
+    for k in wrong:
+        S[k] = pose(tuple(random.uniform(-1, 1, 3)), tuple(random.uniform(-180, 180, 3)))
+    found = hand_eye(A, S)
+    assert found is not None
+    assert np.linalg.norm(1e3 * found[0][:3, 3] - X[:3, 3]) < 3.0
+    assert set(np.flatnonzero(gross(A, S, *found))) == set(wrong)
+
+
+def test_a_command_with_half_of_the_rows_wrong_names_them(tmp_path: Path) -> None:
+    cell, poses = write_poses(tmp_path, 24)
+    lines = Path(poses).read_text().splitlines()
+    wrong = list(range(0, 24, 2))
+    for k in wrong:
+        own, other = lines[1 + k].split(","), lines[1 + (k + 7) % 24].split(",")
+        lines[1 + k] = ",".join([*own[:7], *other[7:]])
+    Path(poses).write_text("\n".join(lines) + "\n")
+    assert main(["calibrate", cell, poses, "-o", str(tmp_path / "out")]) == 0
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert set(wrong) <= set(result["outliers"])
+    model = yaml.safe_load((tmp_path / "out" / "model.yaml").read_text())
+    assert np.linalg.norm(np.array(model["sensors"]["camera"]["xyz_mm"]) - X[:3, 3]) < 2.0
+
+
+def test_three_poses_are_enough(tmp_path: Path) -> None:
+    cell, poses = write_poses(tmp_path, 3)
+    assert main(["calibrate", cell, poses, "-o", str(tmp_path / "out")]) == 0
 
 
 def test_joints_of_a_pose_give_the_pose_back(tmp_path: Path) -> None:

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Hand-eye from poses against the reference solvers of KinHEC (PyPI, MIT), on sessions that KinHEC simulates.
+
+Every solver gets the same poses (KinHEC's own keyframes; clocks of asynchronous streams set by the true offset): pairs
+A, B with A X = Y B. fastcal gets them as a cell of an arm of poses. What counts is how far X is from the true one, mm
+and degrees, the median over the sessions of a level, and `best` is at each level whichever of KinHEC's solvers is best
+there, which nobody can know beforehand. "Undetermined": fastcal says that these motions do not show X, because what it
+holds or what it knows is more than UNKNOWN.
+
+    python bench/python/bench_kinhec.py [--tracks outliers,motion] [--data FOLDER] [--seed S] [--out FILE]
+
+`pip install kinhec` first; without it nothing is measured. --data keeps the sessions, which take minutes to simulate.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.cells.calibrate import CellResult, calibrate_cell
+from fastcal.cells.cell import Arm, Cell, Point
+from fastcal.cells.pose_arm import pose_arm, pose_joints
+from fastcal.cells.readings import Readings
+from fastcal.errors import FastcalError
+from fastcal.io.atomic import write_text
+from fastcal.io.robot_file import load_robot
+from fastcal.robot.core_model import pose
+
+FloatArray = NDArray[np.float64]
+
+TRACKS = ("robot_error", "outliers", "motion", "pnp", "temporal")
+UNKNOWN_MM = 100.0  # standard deviation of a coordinate of X: nobody can use that
+_TIER = "small"
+
+
+def quaternions(T: FloatArray) -> FloatArray:
+    """(N, 4) w, x, y, z of poses (N, 4, 4)."""
+    out = np.zeros((len(T), 4))
+    for k, R in enumerate(T[:, :3, :3]):
+        turn = np.asarray(_core.log_so3(R))
+        angle = float(np.linalg.norm(turn))
+        out[k, 0] = np.cos(angle / 2)
+        out[k, 1:] = np.sin(angle / 2) / angle * turn if angle > 0 else 0.0
+    return out
+
+
+def by_fastcal(A: FloatArray, B: FloatArray, *, in_hand: bool) -> tuple[FloatArray, bool]:
+    """(4, 4) X of A X = Y B (N, 4, 4), what the flange carries, and whether the motions are said not to show it.
+
+    B are poses of the camera in the board where the camera is in hand, else of the board in the camera.
+    """
+    S = np.linalg.inv(B) if in_hand else B
+    arm = Arm("arm", load_robot(pose_arm("arm")), of_poses=True)
+    zero = {"xyz_mm": [0.0] * 3, "rpy_deg": [0.0] * 3}
+    on = {"camera": arm.flange, "board": "world"} if in_hand else {"camera": "world", "board": arm.flange}
+    points = (Point("board", "target", on["board"], zero), Point("camera", "sensor", on["camera"], zero))
+    tables = {"position@board:camera": np.ascontiguousarray(S[:, :3, 3]), "rotation@board:camera": quaternions(S)}
+    q = pose_joints(np.ascontiguousarray(A[:, :3, 3]), quaternions(A))
+    found = calibrate_cell(Cell("bench", (arm,), points), Readings(q, tables, "KinHEC"))
+    carried = next(of for of in found.cell.points if of.on == arm.flange)
+    return pose(carried.place), is_undetermined(found, carried.name)
+
+
+def is_undetermined(found: CellResult, name: str) -> bool:
+    """Does the result say that these motions do not show where that is?"""
+    std = [p.std for p in found.parameters if p.owner == name and p.unit == "mm"]
+    known = len(std) == 3 and all(s is not None and s < UNKNOWN_MM for s in std)
+    return found.status != "converged" or not known or bool(found.unidentifiable)
+
+
+def sessions(folder: Path, tracks: list[str], seed: int | None) -> list[Any]:
+    """KinHEC's sessions of the tracks, simulated into a folder that does not hold them yet."""
+    import yaml
+    from kinhec.io import load_manifest, load_sequence
+    from kinhec.pipeline import generate_dataset
+    from kinhec.plans import load_tier
+
+    place = folder / f"{_TIER}-{seed}-{'-'.join(tracks)}"
+    if not (place / "done").exists():
+        tier = load_tier(_TIER)
+        tier.pop("_path")
+        if seed is not None:
+            tier["global_seed"] = seed
+        file = folder / "tier.yaml"
+        write_text(file, yaml.safe_dump(tier))
+        work = folder / "work"
+        generate_dataset(str(file), place, tracks=tracks, work_dir=work, write_card=False, progress=False)
+        write_text(place / "done", "")
+    manifest = load_manifest(place)
+    return [load_sequence(place, name, manifest) for name in sorted(manifest["sequence_id"])]
+
+
+def judged(session: Any) -> dict[str, Any] | None:
+    """Errors of X of each solver [mm, deg] in one session; None where it has too few poses."""
+    from kinhec.benchmark import SOLVERS, _keyframe_data
+    from kinhec.metrics import calibration_errors
+
+    data = _keyframe_data(session, None if session.synchronous else session.time_offset)
+    if data is None:
+        return None
+    random = np.random.default_rng(0)
+    errors: dict[str, tuple[float, float]] = {}
+    for name, solve in SOLVERS.items():
+        try:
+            off = calibration_errors(solve(data, random)["X"], session.X)
+            errors[name] = (float(off["X_trans_err_mm"]), float(off["X_rot_err_deg"]))
+        except Exception:  # noqa: BLE001 - a solver that fails in any way is a result
+            errors[name] = (np.inf, np.inf)
+    undetermined = True
+    try:
+        X, undetermined = by_fastcal(data[0], data[1], in_hand=session.eye_in_hand)
+        off = calibration_errors(X, session.X)
+        errors["fastcal"] = (float(off["X_trans_err_mm"]), float(off["X_rot_err_deg"]))
+    except FastcalError:
+        errors["fastcal"] = (np.inf, np.inf)
+    return {"track": session.manifest["track"], "level": session.manifest["level"]} | {
+        "undetermined": undetermined,
+        "errors": {name: [e if np.isfinite(e) else np.inf for e in error] for name, error in errors.items()},
+    }
+
+
+def level_rows(found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Of each track and level: sessions, medians of fastcal and of the best of the others, how often undetermined."""
+    out = []
+    for track, level in dict.fromkeys((of["track"], of["level"]) for of in found):
+        own = [of["errors"] for of in found if (of["track"], of["level"]) == (track, level)]
+        medians = {name: np.median([errors[name] for errors in own], axis=0) for name in own[0]}
+        mine = medians.pop("fastcal")
+        row: dict[str, Any] = {"track": track, "level": level, "sessions": len(own)}
+        for k, unit in enumerate(("mm", "deg")):
+            best = min(medians, key=lambda name: float(medians[name][k]))
+            row |= {unit: float(mine[k]), f"best_{unit}": float(medians[best][k]), f"best_by_{unit}": best}
+        said = [of["undetermined"] for of in found if (of["track"], of["level"]) == (track, level)]
+        out.append(row | {"undetermined": int(sum(said))})
+    return out
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tracks", default=",".join(TRACKS))
+    parser.add_argument("--data", type=Path, help="the folder that keeps the sessions")
+    parser.add_argument("--seed", type=int, help="draws other sessions; default: KinHEC's own")
+    parser.add_argument("--out", type=Path)
+    given = parser.parse_args()
+    if importlib.util.find_spec("kinhec") is None:
+        print("skipped: kinhec is not installed (pip install kinhec)")
+        return 0
+    with tempfile.TemporaryDirectory() as folder:
+        every = sessions(given.data or Path(folder), given.tracks.split(","), given.seed)
+        found = [of for of in map(judged, every) if of is not None]
+    rows = level_rows(found)
+    print(f"{len(found)} sessions; X off by, median of each level")
+    for row in rows:
+        met = row["mm"] <= 1.02 * row["best_mm"] and row["deg"] <= 1.02 * row["best_deg"]
+        print(
+            f"{'        ' if met else 'WORSE   '}{row['track']:12}{row['level']:50} fastcal {row['mm']:8.3f} mm "
+            f"{row['deg']:7.4f} deg, best {row['best_mm']:8.3f} mm ({row['best_by_mm']}) {row['best_deg']:7.4f} deg "
+            f"({row['best_by_deg']}), undetermined {row['undetermined']} of {row['sessions']}",
+            flush=True,
+        )
+    if given.out is not None:
+        write_text(given.out, json.dumps({"tier": _TIER, "seed": given.seed, "levels": rows}, indent=1) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
