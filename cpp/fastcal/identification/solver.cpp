@@ -265,7 +265,7 @@ Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std
     out.cost = reduced.at(x.data(), false).cost;
     out.converged = true;
     out.message = "nothing to identify";
-  } else if (options.method == Method::kLeastSquares || options.method == Method::kTrustRegion) {
+  } else if (is_least_squares(options.method)) {
     solve_within(reduced, problem, free, scale, used, limits, options, x, out);
   } else {
     solve_bfgs(reduced, static_cast<double>(problem.row_count()), options.method == Method::kBfgsMeanDistance,

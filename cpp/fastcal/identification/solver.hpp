@@ -34,6 +34,11 @@ enum class Method {
   kBfgsMeanDistance  ///< the same on the mean distance, the cost that PMC (15) prints
 };
 
+/// Sums of squares, which know priors and bounds?
+inline bool is_least_squares(Method method) {
+  return method == Method::kLeastSquares || method == Method::kTrustRegion;
+}
+
 struct SolverOptions {
   Method method = Method::kLeastSquares;
   int max_iterations = 100;

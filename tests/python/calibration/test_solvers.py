@@ -3,6 +3,7 @@
 """Newton's steps and Ceres' trust region alone come to the same minimum, on every measured set that is there."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,8 @@ SAME = 0.01  # standard deviations of a parameter: both stop where far less than
 
 
 def both(robot: fastcal.Robot, data: fastcal.Dataset, loss: str) -> tuple[CalibrationResult, CalibrationResult]:
-    newton, ceres = (calibrate(robot, data, loss=loss, checks=False, solver=each) for each in ("newton", "ceres"))
+    asked: dict[str, Any] = {"loss": loss, "checks": False, "priors": False}
+    newton, ceres = (calibrate(robot, data, solver=each, **asked) for each in ("newton", "ceres"))
     return newton, ceres
 
 

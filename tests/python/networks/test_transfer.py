@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """A network of one arm as the prior of few rows of another: used where it gains, never where it does not."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from fastcal.robot.robot import Robot
 
 pytest.importorskip("torch")
 from fastcal.networks import TrainingResult, train
+
+ROOT = Path(__file__).parents[3]
 
 
 def of_the_kind(arm: Robot, seed: int, stranger: bool = False) -> Robot:
@@ -143,3 +146,16 @@ def test_what_is_no_prior_is_refused(arm: Robot, prior: Robot, moved: tuple[Robo
     rows = fastcal.simulate(seven, q, noise=1e-5)
     with pytest.raises(InvalidInput, match="expected a prior of an arm of 7 joints"):
         train(seven, rows, prior=prior)
+
+
+def test_the_page_s_table_is_that_of_the_record_and_no_arm_is_worse() -> None:
+    results = json.loads((ROOT / "bench" / "python" / "bench_transfer.json").read_text())["results"]
+    page = (ROOT / "docs" / "networks.md").read_text(encoding="utf-8")
+    for found in results.values():
+        assert len(found) == 30
+        assert all(each["prior"] <= each["nothing"] for each in found)
+    for rows in (20, 50, 100):
+        own = [each for each in results["of the kind"] if each["rows"] == rows]
+        medians = [f"{np.median([each[key] for each in own]):.3f}" for key in ("model", "nothing", "prior")]
+        worst = max(each["prior"] / each["nothing"] for each in own)
+        assert f"| {rows} | {' | '.join(medians)} | {worst:.3f} |" in page
