@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
 from fastcal.calibration.evaluation import ALIGNED_BETTER, realigned
 from fastcal.calibration.prediction import rotations
 from fastcal.correction import Inputs
@@ -194,7 +193,7 @@ def _refuse_other_tools(data: Dataset, T: FloatArray) -> None:
     turned = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
     before, after = turns_from(predicted, measured), turns_from(predicted @ turned, measured)
     if np.sum(before**2) > ALIGNED_BETTER**2 * np.sum(after**2):
-        by = from_si(float(np.linalg.norm(_core.log_so3(np.ascontiguousarray(turned)))), "deg")
+        by = from_si(float(np.linalg.norm(turns_from(np.eye(3)[np.newaxis], turned[np.newaxis]))), "deg")
         raise InvalidInput(
             f"{data.source}: its orientations fit the model with the tool turned by {by:.2f} deg: calibrate on these "
             "files first, which finds how it is mounted, and train that model"
