@@ -226,4 +226,4 @@ def test_recorded_paths_give_their_accuracy_and_repeatability(fastcal, tmp_path:
     assert "gap.csv: data row 1 holds no pose; expected the corners of the path" in said.err
     said = fastcal("accept", "ur5", files[0], "--path", tmp_path / "corners.csv", "-o", tmp_path / "other")
     assert said.code == 2
-    assert "at least 2 points and 2 runs" in said.err
+    assert "at least 2 points and at least 2 runs of it, got 3 points and 1 run" in said.err
