@@ -191,8 +191,8 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
     low, high = np.full(7, -3.0), np.full(7, 3.0)
     guard = Guard(low, high, np.ones(7), np.ones(6), rng.normal(size=(20, 13)), 50.0, 100.0)
     near = Neighbours(Scaling(np.zeros(7), np.ones(7)), rng.normal(size=(20, 7)), 1e-3 * rng.normal(size=(20, 3)), 3)
-    sure = Uncertainty(np.full(3, 1e-5), np.ones(3), np.full(3, 1e-4))
-    network = Correction("knn", (near,), guard, 0.01, sure, {"held_out_mm": {"mean": 0.1}})
+    sure = Uncertainty(np.full(6, 1e-5), np.ones(6), np.full(6, 1e-4))
+    network = Correction("knn", (near,), guard, 0.01, 0.01, sure, {"held_out_mm": {"mean": 0.1}})
     fastcal.Robot(ROBOT.spec | {"correction": network}).save(folder / "model.yaml")
     poses = "x_mm,y_mm,z_mm,qw,qx,qy,qz,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n"
     poses += "400,300,500,1,0,0,0,10,-50,60,20,70,30,2\n-300,200,400,0,1,0,0,0,-40,50,0,60,10,0\n"

@@ -10,9 +10,10 @@ namespace {
 
 Method method_of(const std::string& name) {
   if (name == "nls") return Method::kLeastSquares;
+  if (name == "ceres") return Method::kTrustRegion;
   if (name == "bfgs") return Method::kBfgs;
   FASTCAL_CHECK(name == "bfgs_mean_distance")
-      << "the method must be nls, bfgs or bfgs_mean_distance, got '" << name << "'";
+      << "the method must be nls, ceres, bfgs or bfgs_mean_distance, got '" << name << "'";
   return Method::kBfgsMeanDistance;
 }
 

@@ -52,7 +52,7 @@ def found_sides(model: Robot, data: Dataset) -> Sides:
     U, size, _ = np.linalg.svd(_scaled(A), full_matrices=False)
     U = U[:, size > LEAST * size[0]]
     R = pose(model.spec["base"])[:3, :3]
-    J = R @ model.inputs(data.q, data.payload).J_tool_q
+    J = R @ model.inputs(data.q, data.payload).J_tool_q[:, :3]
     r = (left(model, data) @ R.T).ravel()
     r = r - U @ (U.T @ r)
     best, most = Sides(1, float("inf")), 0.0

@@ -212,7 +212,7 @@ void check_limits(const IdentifyOptions& options, int count) {
       << "bounds must be " << count << " lower and as many upper ones, or none";
   FASTCAL_CHECK((limits.lower.array() < limits.upper.array()).all())
       << "each lower bound must be below its upper bound";
-  FASTCAL_CHECK(limits.lower.size() == 0 || options.solver.method == Method::kLeastSquares)
+  FASTCAL_CHECK(limits.lower.size() == 0 || is_least_squares(options.solver.method))
       << "bounds need least squares; BFGS with a line search has none";
 }
 

@@ -72,8 +72,8 @@ double RobustFit::deviations(const Eigen::VectorXd& step) const {
 
 void RobustFit::polish() {
   SolverOptions solver = fit_.options.solver;
-  if (!converged_ || solver.method != Method::kLeastSquares) return;
-  if (step_to_the_minimum()) return;
+  if (!converged_ || !is_least_squares(solver.method)) return;
+  if (solver.method == Method::kLeastSquares && step_to_the_minimum()) return;
   solver.settled = kAtTheMinimum;
   refit(fit_.loss, solver);
   count_freedom(fit_, effective_parameters(fit_));

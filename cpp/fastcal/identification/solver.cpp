@@ -184,8 +184,10 @@ bool solve_least_squares(const Reduced& reduced, const Box& box, const SolverOpt
   const double settled = std::max(asked.settled, kCostTells);
   x = x.array().max(box.low).min(box.high);  // Ceres refuses a start outside
   int taken = 0;
-  const Descent descent = descend(reduced, box, settled, asked.max_iterations, x, taken);
-  out.iterations += taken + 1;
+  const bool is_ceres_alone = asked.method == Method::kTrustRegion;
+  const Descent descent =
+      is_ceres_alone ? Descent::kRefused : descend(reduced, box, settled, asked.max_iterations, x, taken);
+  out.iterations += taken + (is_ceres_alone ? 0 : 1);
   bool is_settled = descent == Descent::kSettled;
   ceres::Solver::Summary summary;
   if (descent == Descent::kRefused) {
@@ -197,7 +199,8 @@ bool solve_least_squares(const Reduced& reduced, const Box& box, const SolverOpt
   // many there were.
   constexpr double kNothingLeft = 1e-3;  // standard deviations
   const bool near = is_settled || step_left(reduced, x.data()) < kNothingLeft;
-  out.cost = near ? take_last_steps(reduced, box, asked.settled, x) : reduced.at(x.data(), true).cost;
+  out.cost =
+      near && !is_ceres_alone ? take_last_steps(reduced, box, asked.settled, x) : reduced.at(x.data(), true).cost;
   out.converged = near || summary.termination_type == ceres::CONVERGENCE;
   if (near) {
     out.message =
@@ -262,7 +265,7 @@ Solution solve(const Problem& problem, const Eigen::VectorXd& theta_0, const std
     out.cost = reduced.at(x.data(), false).cost;
     out.converged = true;
     out.message = "nothing to identify";
-  } else if (options.method == Method::kLeastSquares) {
+  } else if (is_least_squares(options.method)) {
     solve_within(reduced, problem, free, scale, used, limits, options, x, out);
   } else {
     solve_bfgs(reduced, static_cast<double>(problem.row_count()), options.method == Method::kBfgsMeanDistance,

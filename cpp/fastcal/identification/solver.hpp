@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Minimizes 1/2 sum rho(u_i^2) + 1/2 |prior|^2 over the free parameters, in x = (theta - theta_0) / scale, with bounds.
-// Ceres drives (trust region), a pass over the rows reduces: Ceres sees p + 1 residuals, r' = L^-1 J^T W r with
+// Newton's steps, with the exact second derivative of the robust loss, go first; where one is refused or bounds are in
+// the way Ceres' trust region drives. A pass over the rows reduces: Ceres sees p + 1 residuals, r' = L^-1 J^T W r with
 // Jacobian L^T (J^T W J = L L^T) and one constant, so that cost, gradient and Gauss-Newton Hessian are those of the
 // whole problem.
 #pragma once
@@ -26,11 +27,17 @@ struct Limits {
 inline constexpr double kCostTells = 1e-4;  // standard deviations: of shorter steps rounding decides whether they help
 
 enum class Method {
-  kLeastSquares,  ///< Levenberg-Marquardt on the normal equations
+  kLeastSquares,  ///< Newton's steps first; Ceres' trust region where one is refused or bounds are in the way
+  kTrustRegion,   ///< Ceres' trust region alone
   kBfgs,  ///< BFGS with line search on the root of the mean (robust) squared whitened distance (PMC paper, section
           ///< III.A)
   kBfgsMeanDistance  ///< the same on the mean distance, the cost that PMC (15) prints
 };
+
+/// Sums of squares, which know priors and bounds?
+inline bool is_least_squares(Method method) {
+  return method == Method::kLeastSquares || method == Method::kTrustRegion;
+}
 
 struct SolverOptions {
   Method method = Method::kLeastSquares;

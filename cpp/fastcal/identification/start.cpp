@@ -16,13 +16,18 @@ namespace {
 bool settle_coarsely(FitState& fit, const Limits& weak) {
   constexpr double kCloseEnough = 1;    // standard deviations
   constexpr double kNoiseStands = 0.3;  // relative
+  const bool is_ceres_alone = fit.options.solver.method == Method::kTrustRegion;
+  const Method method = is_ceres_alone ? Method::kTrustRegion : Method::kLeastSquares;
   for (int round = 0; round < 20; ++round) {
     // From the start the noise is large and nearly all rows are within the bend of the loss.
-    const Stepped step = fit.step(LossKind::kHuber, fit.asked, fit.scale, weak, kCostTells, round > 0);
+    Stepped step;
+    if (method != Method::kTrustRegion) {
+      step = fit.step(LossKind::kHuber, fit.asked, fit.scale, weak, kCostTells, round > 0);
+    }
     if (!step.is_good) {
-      fit.theta = solve(fit.problem, fit.theta, fit.asked, fit.scale, {fit.tau, LossKind::kHuber}, weak,
-                        {Method::kLeastSquares, 3, 0.1})
-                      .theta;
+      fit.theta =
+          solve(fit.problem, fit.theta, fit.asked, fit.scale, {fit.tau, LossKind::kHuber}, weak, {method, 3, 0.1})
+              .theta;
     }
     fit.bring_to_equilibrium();
     const CommonNoise before = fit.tau;

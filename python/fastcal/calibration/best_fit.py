@@ -25,6 +25,7 @@ from fastcal.robot.calibration_record import lower_root
 
 FloatArray = NDArray[np.float64]
 
+LEAST_SQUARES = ("nls", "ceres")
 _EASED = 10  # times that a hold is tried, each half as firm, where its fit is worse than base and tool on its own rows
 
 
@@ -33,7 +34,7 @@ class Way:
     """How to fit.
 
     Attributes:
-        method, max_iterations: Of the solver.
+        method, max_iterations: Of the solver: nls, ceres (trust region alone), bfgs or bfgs_mean_distance.
         priors: Hold all parameters near nominal.
         by_evidence: Hold the geometry where poses are few for their noise.
         checks: Look at the residuals.
@@ -96,7 +97,7 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
 
     found = identify(problem)
     status, message = found.status, found.message
-    if way.method != "nls" or row_count > MOST_ROWS:
+    if way.method not in LEAST_SQUARES or row_count > MOST_ROWS:
         return BestFit(problem, found, limits=limits, status=status, message=message)
     if not way.checks or found.status != "converged":
         fit = Cleared(problem, found, problem)

@@ -72,6 +72,7 @@ Progress = Callable[[str], None]
 
 LOSSES = ("tukey", "huber", "cauchy", "none")
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
+SOLVERS = ("newton", "ceres")
 
 
 @one_blas_thread()
@@ -83,6 +84,7 @@ def calibrate(
     effects: str | Sequence[str] = "geometry",
     parameters: Sequence[str] | None = None,
     method: str = "nls",
+    solver: str = "newton",
     loss: str = "tukey",
     priors: bool | None = None,
     equilibrium: bool | None = None,
@@ -105,9 +107,10 @@ def calibrate(
         effects: Names as on the command line; base and tool are always identified.
         parameters: Exactly these besides base and tool, such as "joint2 a" (`Robot.parameter_names`); the others keep
             their values. None: all parameters of `effects`.
-        method: nls (Newton's steps; Ceres' trust region where one is refused), bfgs (PMC paper: BFGS on the root of the
-            mean squared distance),
+        method: nls (nonlinear least squares), bfgs (PMC paper: BFGS on the root of the mean squared distance),
             bfgs_mean_distance (its printed cost).
+        solver: Of nls. newton: Newton's steps with the exact second derivatives of the loss first, Ceres' trust region
+            where one is refused or bounds are in the way. ceres: Ceres' trust region alone.
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
         priors: Hold parameters near nominal. None: the geometry, where the poses are few for their noise, by as much
             as the measurements say (`shrinkage`). True: all, with a standard deviation of three plausible sizes.
@@ -133,6 +136,12 @@ def calibrate(
         raise InvalidInput(f"loss must be one of {', '.join(LOSSES)}, got '{loss}'")
     if method not in METHODS:
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
+    if solver not in SOLVERS:
+        raise InvalidInput(f"solver must be one of {', '.join(SOLVERS)}, got '{solver}'")
+    if solver == "ceres":
+        if method != "nls":
+            raise InvalidInput(f"the solver ceres is for the method nls, got '{method}'")
+        method = "ceres"
     robot = as_robot(robot)
     if robot.of_poses:
         parameters = _none_of_poses(robot, effects, parameters)

@@ -113,34 +113,61 @@ def identify_compliance(
         raise InvalidInput(f"expected a level between 0 and 1, got {level}")
     asked = _asked(robot, data, joints, torque)
 
-    def fit(bent: set[int]) -> PairsResult:
-        return from_payload_pairs(robot, data, effects=_effects(asked, bent, torque), threads=threads)
+    search = _Search(robot, data, asked, torque, level, threads)
+    search.take()
+    search.give_back()
+    return Compliance(search.found, _curves(search.found, data, asked, search.bent, search.p, torque), level)
 
-    def tested(joint: int, bent: set[int], found: PairsResult) -> Corner:
-        return _corner(robot, data, asked, bent, joint, torque, found, threads)
 
-    bent: set[int] = set()
-    found = fit(bent)
-    while True:
-        now = {j: tested(j, bent, found) for j in asked if j not in bent}
-        p = {j: corner.p for j, corner in now.items()}
-        for joint in sorted((j for j in now if p[j] < level), key=lambda j: -now[j].share):
-            try:
-                found = fit(bent | {joint})
-            except InvalidInput:  # a corner, perhaps, but so far out that nothing tells the piece behind it
-                continue
-            bent.add(joint)
-            break
-        else:
-            break
-    while bent:
-        p |= {j: tested(j, bent - {j}, fit(bent - {j})).p for j in bent}
-        last = max(bent, key=p.__getitem__)
-        if p[last] < level:
-            break
-        bent.remove(last)
-        found = fit(bent)
-    return Compliance(found, _curves(found, data, asked, bent, p, torque), level)
+class _Search:
+    """Which joints bend: `bent` those that do, `p` the chance of each joint's corner, `found` the fit."""
+
+    def __init__(self, robot: Robot, data: Dataset, asked: list[int], torque: str, level: float, threads: int) -> None:
+        self._robot, self._data, self._asked, self._torque = robot, data, asked, torque
+        self._level, self._threads = level, threads
+        self.bent: set[int] = set()
+        self.p: dict[int, float] = {}
+        self.found = self._fit(set())
+
+    def _fit(self, bent: set[int]) -> PairsResult:
+        effects = _effects(self._asked, bent, self._torque)
+        return from_payload_pairs(self._robot, self._data, effects=effects, threads=self._threads)
+
+    def _tested(self, joint: int, bent: set[int], found: PairsResult) -> Corner:
+        return _corner(self._robot, self._data, self._asked, bent, joint, self._torque, found, self._threads)
+
+    def take(self) -> None:
+        """The joint whose corner explains most, one after the other, until none is left that bends."""
+        while True:
+            now = {j: self._tested(j, self.bent, self.found) for j in self._asked if j not in self.bent}
+            self.p |= {j: corner.p for j, corner in now.items()}
+            for joint in sorted((j for j in now if self.p[j] < self._level), key=lambda j: -now[j].share):
+                try:
+                    self.found = self._fit(self.bent | {joint})
+                except InvalidInput:  # a corner, perhaps, but so far out that nothing tells the piece behind it
+                    continue
+                self.bent.add(joint)
+                break
+            else:
+                return
+
+    def give_back(self) -> None:
+        """The joint that needs its corner least behind all others loses it, until all that are left need theirs."""
+        while self.bent:
+            self.p |= {j: self._behind(j) for j in self.bent}
+            last = max(self.bent, key=self.p.__getitem__)
+            if self.p[last] < self._level:
+                return
+            self.bent.remove(last)
+            self.found = self._fit(self.bent)
+
+    def _behind(self, joint: int) -> float:
+        """Its chance behind all others; as it was taken where these, without it, do not come to a fit."""
+        others = self.bent - {joint}
+        try:
+            return self._tested(joint, others, self._fit(others)).p
+        except InvalidInput:
+            return self.p[joint]
 
 
 def _effects(joints: Sequence[int], bent: set[int], torque: str) -> list[str]:

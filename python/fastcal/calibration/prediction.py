@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
+from fastcal.robot.se3 import rotations_by
 
 FloatArray = NDArray[np.float64]
 
@@ -30,6 +31,8 @@ class Prediction(Shown):
         correction_weight: (N,) share of the trained correction that the guard lets pass: 1 inside the trained joints
             and loads, 0 far from them; None for a model without one. With a correction, `sigma_position` also holds
             how far measured points lay from corrected ones on held-out rows, their noise included.
+        sigma_rotation: (N, 3) likewise of the turn, along the axes of the measuring frame [rad]; None without a
+            correction that was trained on orientations.
         notes: What a reader should know, a sentence each.
     """
 
@@ -37,6 +40,7 @@ class Prediction(Shown):
     rotation: FloatArray
     sigma_position: FloatArray
     correction_weight: FloatArray | None = None
+    sigma_rotation: FloatArray | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -47,12 +51,13 @@ def predict(robot: RobotLike, data: DataLike, *, threads: int = 1) -> Prediction
     T = robot.poses(data, threads=threads)
     deviation = robot.deviation_at(robot.samples(data), threads)
     notes = (*range_notes(robot, data), *correction_notes(robot, data))
-    weight = None
+    weight = turning = None
     if robot.correction is not None:
         corrected = robot.correct(data.q, data.payload)
         weight = corrected.weight
         deviation = np.hypot(np.nan_to_num(deviation), corrected.sigma)
-    return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation, weight, notes)
+        turning = None if np.isnan(corrected.sigma_turn).any() else corrected.sigma_turn
+    return Prediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), deviation, weight, turning, notes)
 
 
 def correction_notes(robot: Robot, data: Dataset) -> list[str]:
@@ -67,6 +72,19 @@ def correction_notes(robot: Robot, data: Dataset) -> list[str]:
         f"{partly} of {len(data)} rows lie outside the joints and loads that the correction was trained on: there it "
         f"fades, in {off} of them to zero"
     ]
+
+
+def without_correction(robot: Robot, data: Dataset) -> Dataset:
+    """The measured poses as they would be without what a trained correction moves and turns."""
+    if robot.correction is None:
+        return data
+    said = robot.correct(data.q, data.payload)
+    position = None if data.position is None else data.position - said.displacement
+    rotation = None if data.rotation is None else data.rotation.copy()
+    if rotation is not None:
+        seen = np.isfinite(rotation).all(axis=1)
+        rotation[seen] = quaternions(rotations_by(-said.turn[seen]) @ rotations(rotation[seen]))
+    return replace(data, position=position, rotation=rotation)
 
 
 def quaternions(R: FloatArray) -> FloatArray:

@@ -4,9 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from fastcal.calibration.alignment import align
+from fastcal.calibration.prediction import without_correction
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.identified_spec import moved
@@ -26,11 +25,8 @@ def realign(robot: Robot, data: Dataset, *, threads: int = 1) -> Robot:
     """
     kept = robot.correction
     for _ in range(ROUNDS if kept is not None else 1):
-        left = data
-        if data.position is not None:
-            left = replace(data, position=data.position - robot.correct(data.q, data.payload).displacement)
         bare = robot.with_(correction=None)
-        found = align(bare, left, threads)
+        found = align(bare, without_correction(robot, data), threads)
         if not found.found:
             raise Undetermined(f"{data.source}: {found.message}")
         robot = moved(bare, found.T_world_base, found.T_flange_tool).with_(correction=kept)

@@ -111,7 +111,7 @@ def accept(
     if path is not None:
         if targets or tolerance_mm or limit or budget:
             raise InvalidInput("--path takes no --targets, --tolerance-mm, --limit or --budget: nothing is judged")
-        _judge_path(robot, data or [], path, output)
+        _judge_path(robot, data or [], path, output, page_language)
         return
     if not data:
         raise InvalidInput("expected DATA to judge, or --plan to write the program")
@@ -154,7 +154,7 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
     )
 
 
-def _judge_path(robot: Robot, data: list[Path], corners: Path, output: Path) -> None:
+def _judge_path(robot: Robot, data: list[Path], corners: Path, output: Path, language: str) -> None:
     """Accuracy and repeatability of recorded paths."""
     import numpy as np
 
@@ -170,7 +170,7 @@ def _judge_path(robot: Robot, data: list[Path], corners: Path, output: Path) -> 
     kept = turned is not None and np.abs(turned - turned[0]).max() < 1e-9
     runs = [load_run(file) for file in data]
     found = path_figures(commanded.points, runs, rotation=turned[0] if turned is not None and kept else None)
-    write_measured_path(found, robot.name, output)
+    write_measured_path(found, robot.name, output, language=language)
     content = found.to_json_dict()
     say(f"{found.runs} runs: AT {content['AT_mm']:.4f} mm, RT {content['RT_mm']:.4f} mm")
     for corner in found.corners:

@@ -24,6 +24,7 @@ from fastcal.cli.options import (
     PageLanguage,
     RobotFile,
     Rule,
+    Solver,
     TestCorners,
     Threads,
     left_out_geometry,
@@ -50,6 +51,13 @@ def calibrate(
         str, typer.Option(metavar="LIST", help="What to identify; base and tool always are.")
     ] = "geometry",
     method: Annotated[Method, typer.Option(help="How to minimize.")] = "nls",
+    solver: Annotated[
+        Solver,
+        typer.Option(
+            help="Of nls. newton: Newton's steps with the exact second derivatives of the loss first, Ceres' trust "
+            "region where one is refused or bounds are in the way; ceres: Ceres' trust region alone."
+        ),
+    ] = "newton",
     loss: Annotated[Loss, typer.Option(help="Robust loss on the whitened error of a row.")] = "tukey",
     priors: Annotated[
         bool | None,
@@ -97,6 +105,7 @@ def calibrate(
         only_of_arms: dict[str, tuple[Any, Any]] = {
             "--effects": (effects, "geometry"),
             "--method": (method, "nls"),
+            "--solver": (solver, "newton"),
             "--priors": (priors, None),
             "--choose": (choose, None),
             "--limit-mm": (limit_mm, None),
@@ -106,7 +115,7 @@ def calibrate(
             robot, data, output, test, (corners, test_corners), mend, loss, threads, only_of_arms, hand_eye or []
         )
         return
-    _check_options(limit_mm, choose, least_squares=method == "nls" and not priors)
+    _check_options(limit_mm, choose, least_squares=method == "nls" and solver == "newton" and not priors)
     check_folder(output, FILES)
     nominal = load_robot(robot)
     check_hand_eyes(hand_eye or [], nominal)
@@ -118,6 +127,7 @@ def calibrate(
     other = None if test is None else load_seen([test], nominal, test_corners)
     with progress() as show:
         given: dict[str, Any] = {"test": other, "effects": effects, "loss": loss, "as_read": as_read}
+        minimized: dict[str, Any] = {"method": method, "solver": solver}
         given |= {"threads": threads, "progress": show, "who": who}
         choice = None
         if choose is not None and isinstance(measured, Dataset):
@@ -125,7 +135,7 @@ def calibrate(
         found = (
             choice.result
             if choice
-            else calibration.calibrate(nominal, measured, method=method, priors=priors, mend=mend, **given)
+            else calibration.calibrate(nominal, measured, **minimized, priors=priors, mend=mend, **given)
         )
         notes = [*left_out_geometry(effects), *found.notes, *inspection.readback_notes(nominal, found.train.data)]
         if found.degrees_of_freedom <= 0:
@@ -164,7 +174,9 @@ def _check_options(limit_mm: float | None, choose: Rule | None, *, least_squares
     if limit_mm is not None and not limit_mm > 0:
         raise InvalidInput(f"--limit-mm must be above 0, got {limit_mm:g}")
     if choose is not None and not least_squares:
-        raise InvalidInput("--choose compares sets by least squares without priors: leave out --priors and --method")
+        raise InvalidInput(
+            "--choose compares sets by least squares without priors: leave out --priors, --method and --solver"
+        )
 
 
 def say_choice(choice: Selection) -> None:

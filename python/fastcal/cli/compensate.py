@@ -180,9 +180,11 @@ def _figures(found: Compensation) -> dict[str, Any]:
     from fastcal.units import from_si
 
     counts = {status: int((found.status == status).sum()) for status in dict.fromkeys(found.status.tolist())}
-    sizes = from_si(found.position_error[found.reached], "mm")
-    largest = float(sizes.max()) if len(sizes) else None
-    return {"targets": len(found), "status": counts, "largest_residual_mm": largest}
+    left = {"mm": found.position_error[found.reached], "deg": found.rotation_error[found.reached]}
+    largest = {
+        f"largest_residual_{u}": float(from_si(each, u).max()) if len(each) else None for u, each in left.items()
+    }
+    return {"targets": len(found), "status": counts, **largest}
 
 
 def _say(found: Compensation) -> None:
@@ -195,7 +197,8 @@ def _say(found: Compensation) -> None:
     say(f"{len(found)} targets: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
     if found.reached.any():
         left = from_si(float(np.max(found.position_error[found.reached])), "mm")
+        turn = from_si(float(np.max(found.rotation_error[found.reached])), "deg")
         sigma = found.sigma[found.reached]
         known = np.isfinite(sigma).all()
         spread = f"; its standard deviation {from_si(float(sigma.max()), 'mm'):.3g} mm a coordinate" if known else ""
-        say(f"predicted error of the reached ones: at most {left:.3g} mm{spread}")
+        say(f"predicted error of the reached ones: at most {left:.3g} mm and {turn:.3g} deg{spread}")

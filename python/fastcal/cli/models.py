@@ -40,6 +40,9 @@ def predict(
     columns |= zip(("x_mm", "y_mm", "z_mm"), from_si(found.position, "mm").T, strict=True)
     columns |= zip(("qw", "qx", "qy", "qz"), found.rotation.T, strict=True)
     columns |= zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), from_si(found.sigma_position, "mm").T, strict=True)
+    if found.sigma_rotation is not None:
+        turning = from_si(found.sigma_rotation, "deg").T
+        columns |= zip(("sigma_rx_deg", "sigma_ry_deg", "sigma_rz_deg"), turning, strict=True)
     if found.correction_weight is not None:
         columns["correction_weight"] = found.correction_weight
     write_csv(output, columns)
@@ -48,6 +51,8 @@ def predict(
     sigma = from_si(found.sigma_position, "mm")
     largest = float(sigma.max()) if np.isfinite(sigma).all() else None
     known = "" if largest is None else f"; standard deviation of a coordinate at most {largest:.3g} mm"
+    turn = None if found.sigma_rotation is None else float(from_si(found.sigma_rotation, "deg").max())
+    known += "" if turn is None else f", of a turn {turn:.3g} deg"
     say(f"{output}: {len(poses)} poses of {robot.name} predicted{known}")
     emit(
         {
@@ -55,6 +60,7 @@ def predict(
             "robot": robot.name,
             "poses": len(poses),
             "largest_sigma_mm": largest,
+            "largest_sigma_deg": turn,
             "notes": notes,
         }
     )

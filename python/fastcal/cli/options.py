@@ -73,6 +73,7 @@ PageLanguage = Annotated[Literal["en", "de"], typer.Option(envvar="FASTCAL_LANGU
 
 # As fastcal.calibration and fastcal.selection have them; written out here so that `fastcal --help` need not load it.
 Method = Literal["nls", "bfgs", "bfgs_mean_distance"]
+Solver = Literal["newton", "ceres"]
 Loss = Literal["tukey", "huber", "cauchy", "none"]
 Rule = Literal["least", "one_standard_error"]
 

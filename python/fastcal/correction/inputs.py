@@ -21,7 +21,7 @@ class Inputs:
     Attributes:
         q: (N, n) commanded joint positions [rad or m].
         payload: (N,) [kg].
-        J_tool_q: (N, 3, n) motion of the tool's point by the joints, in the base's axes [m/rad, or 1].
+        J_tool_q: (N, 6, n) motion [v; w] of the tool's point and frame by the joints, in the base's axes.
     """
 
     q: FloatArray

@@ -64,6 +64,13 @@ class Tensors:
             raise InvalidInput(f"the array {full} must hold finite numbers, and does not")
         return np.asarray(value, dtype=np.float64)
 
+    def take_wide(self, name: str, rows: int) -> FloatArray:
+        """(rows, 6), or (rows, 3) where points alone were measured."""
+        value = self.take(name, (rows, None))
+        if value.shape[1] not in (3, 6):
+            raise InvalidInput(f"the array {self._prefix}{name} must have 3 or 6 columns, got {value.shape[1]}")
+        return value
+
     def done(self) -> None:
         """Refuses arrays that no part of the model asked for."""
         if self._left:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.correction.packing import Packed, Tensors
+from fastcal.errors import InvalidInput
 
 FloatArray = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ DEVIATIONS = 1.6448536269514722  # of the two-sided interval of LEVEL, normal
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """floor, factor, outside: (3,) each, base's axes [m, 1, m]."""
+    """floor, factor, outside: (6,) each, base's axes [m; rad], 1, [m; rad]; NaN for turns that were not measured."""
 
     floor: FloatArray
     factor: FloatArray
@@ -33,24 +34,39 @@ class Uncertainty:
 
     @staticmethod
     def fitted(errors: FloatArray, spread: FloatArray, before: FloatArray) -> Uncertainty:
-        """From held-out rows: errors (N, 3) of the correction, its members' spread, and the residuals before it."""
-        floor = np.sqrt(np.maximum(np.mean(errors**2, axis=0) - np.mean(spread**2, axis=0), 0.0))
+        """From held-out rows; k = 3: points alone.
+
+        Args:
+            errors: (N, k) of the correction, NaN where not measured.
+            spread: (N, 6) of its members.
+            before: (N, k) the residuals without it.
+        """
+        own = spread[:, : errors.shape[1]]
+        floor = np.sqrt(np.maximum(np.nanmean(errors**2, axis=0) - np.mean(own**2, axis=0), 0.0))
         floor = np.maximum(floor, 1e-9)
-        ratio = np.abs(errors) / np.sqrt(floor**2 + spread**2)
-        factor = np.quantile(ratio, LEVEL, axis=0) / DEVIATIONS
-        return Uncertainty(floor, factor, np.sqrt(np.mean(before**2, axis=0)))
+        ratio = np.abs(errors) / np.sqrt(floor**2 + own**2)
+        factor = np.nanquantile(ratio, LEVEL, axis=0) / DEVIATIONS
+        return Uncertainty(*map(_padded, (floor, factor, np.sqrt(np.nanmean(before**2, axis=0)))))
 
     def sigma(self, spread: FloatArray, weight: FloatArray) -> FloatArray:
-        """(N, 3) for the members' spread (N, 3) and the guard's weight (N,)."""
+        """(N, 6) for the members' spread (N, 6) and the guard's weight (N,)."""
         w = weight[:, np.newaxis]
         return np.asarray(w * self.factor * np.sqrt(self.floor**2 + spread**2) + (1 - w) * self.outside)
 
     def pack(self) -> Packed:
         """For a file."""
-        return Packed({}, {name: getattr(self, name) for name in ("floor", "factor", "outside")})
+        known = 6 if np.isfinite(self.floor).all() else 3
+        return Packed({}, {name: getattr(self, name)[:known] for name in ("floor", "factor", "outside")})
 
     @staticmethod
     def unpack(tensors: Tensors) -> Uncertainty:
         """From a file."""
-        floor, factor, outside = (tensors.take(name, (3,)) for name in ("floor", "factor", "outside"))
-        return Uncertainty(floor, factor, outside)
+        floor = tensors.take("floor", (None,))
+        if len(floor) not in (3, 6):
+            raise InvalidInput(f"the uncertainty's floor must have 3 or 6 numbers, got {len(floor)}")
+        return Uncertainty(*map(_padded, (floor, *(tensors.take(name, floor.shape) for name in ("factor", "outside")))))
+
+
+def _padded(values: FloatArray) -> FloatArray:
+    """(6,), NaN for turns of which (3,) say nothing."""
+    return np.append(values, np.full(6 - len(values), np.nan))

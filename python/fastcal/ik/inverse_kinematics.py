@@ -20,6 +20,7 @@ from fastcal.ik.driven_joints import solve_driven
 from fastcal.ik.posture import configurations
 from fastcal.ik.same_configuration import in_its_configuration
 from fastcal.robot.robot import Robot
+from fastcal.robot.se3 import rotations_by
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -197,7 +198,10 @@ def _solve(
     moving = model.correction is not None or any(find(entry["effect"]) for entry in model.entries)
     aimed = T.copy()
     for _ in range(_MAX_ROUNDS):
-        aimed[:, :3, 3] = T[:, :3, 3] - model.correct(q, conditions.get("payload")).displacement
+        if model.correction is not None:
+            said = model.correct(q, conditions.get("payload"))
+            aimed[:, :3, 3] = T[:, :3, 3] - said.displacement
+            aimed[:, :3, :3] = rotations_by(-said.turn) @ T[:, :3, :3]
         found = _core.inverse_kinematics(
             model.error_model,
             model.conditions(q, **conditions),

@@ -17,6 +17,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.evaluation import Compared, compared
 from fastcal.calibration.kind_errors import KindErrors, table
+from fastcal.calibration.prediction import without_correction
 from fastcal.calibration.unknowns import placed, unknowns_by_owner
 from fastcal.effects.entries import traits_of
 from fastcal.errors import Undetermined
@@ -116,10 +117,7 @@ def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int
         step = rigid(predicted, np.asarray(part.position), where)
         motion = step @ motion
         robot = with_base(robot, step @ robot.T_world_base)
-    bare = part
-    if robot.correction is not None:
-        shift = robot.correct(part.q, part.payload).displacement
-        bare = replace(part, position=np.asarray(part.position) - shift)
+    bare = without_correction(robot, part)
     unknowns = np.zeros(0)
     if measured.parameters:
         unknowns = placed(robot, part, measured, with_base=False, where=where, threads=threads)[1]

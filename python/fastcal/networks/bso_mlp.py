@@ -61,7 +61,7 @@ def fit_from_search(
     for k, (own, seed) in enumerate(zip(rows, options.seeds(len(rows)), strict=True)):
         options.progress(f"searching for the start of network {k + 1} of {len(rows)}")
         starts.append(searched_start(problem, own, architecture, search, seed, options.device))
-    axes = [(0, 1, 2)] * len(rows)
+    axes = [problem.axes] * len(rows)
     members = [architecture] * len(rows)
     return train_plain(problem, members, axes, rows, schedule, options, start=torch.stack(starts))[0]
 
@@ -71,9 +71,9 @@ def searched_start(
 ) -> torch.Tensor:
     """(size,) the numbers of the network that the search finds best on the given rows."""
     inputs = problem.robot.joint_count + 1
-    one = Population(inputs, 3, [architecture], device)
+    one = Population(inputs, len(problem.axes), [architecture], device)
     starts = np.vstack([one.start([seed * 1009 + k]).numpy() for k in range(BEETLES)]).astype(float)
-    model = Coordinates(one, problem, [(0, 1, 2)], device)
+    model = Coordinates(one, problem, [problem.axes], device)
     x, wanted = model.x[own], model.wanted[0][own]
 
     def losses(places: FloatArray) -> FloatArray:

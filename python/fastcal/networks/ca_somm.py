@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.mixture import GaussianMixture
 
-from fastcal.correction.experts import ClassifiedNetworks
+from fastcal.correction.experts import AXES, ClassifiedNetworks
 from fastcal.correction.inputs import Scaling
 from fastcal.correction.trees import Trees
 from fastcal.networks.options import Options
@@ -41,15 +41,15 @@ class Split(NamedTuple):
 
 def found_split(problem: Problem, own: IntArray, seed: int = 0) -> Split:
     """Two heaps of the errors of the given rows; the classes of all rows by the same mixture."""
-    values = problem.residuals / problem.size
+    values = problem.wanted
     best: tuple[float, GaussianMixture, int] | None = None
-    for axis in range(3):
+    for axis in problem.axes:
         column = values[own][:, [axis]]
         two = GaussianMixture(2, random_state=seed, n_init=2).fit(column)
         apart = float(np.ptp(two.means_) / np.sqrt(two.covariances_.sum() / 2))
         if best is None or apart > best[0]:
             best = apart, two, axis
-    assert best is not None  # noqa: S101 - there are three axes
+    assert best is not None  # noqa: S101 - there are axes
     _, mixture, axis = best
     upper = int(np.argmax(mixture.means_[:, 0]))
     return Split(mixture.predict(values[:, [axis]]) == upper, axis)
@@ -85,7 +85,7 @@ def fit_ca_somm(
         right.append(expert.classes(problem.inputs)[other] == split.classes[other])
         found.append(expert)
     rate = float(np.concatenate(right).mean()) if any(len(part) for part in right) else float("nan")
-    axes = ", ".join(sorted({"xyz"[split.axis] for split in splits}))
+    axes = ", ".join(sorted({AXES[split.axis] for split in splits}))
     options.notes.append(
         f"two classes by the errors in {axes}: {rate:.0%} of rows not trained on are put in the right one"
     )

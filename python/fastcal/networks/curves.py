@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from fastcal.correction.inputs import Inputs
 from fastcal.correction.joints import Phases, harmonics
 from fastcal.networks.problem import Problem
 
@@ -39,31 +38,32 @@ def phases_of(problem: Problem) -> Phases:
     return Phases(rate, np.where(turning, 0.0, -rate * (low + high) / 2), float(payload.mean()), gain)
 
 
-def columns(phases: Phases, inputs: Inputs, order: int) -> FloatArray:
-    """(N, 3, n 2 H): what each coefficient adds to the residuals, unit 1."""
-    h = harmonics(phases(inputs), order, CORNER)
-    return np.asarray(np.einsum("nij,njk->nijk", inputs.J_tool_q, h).reshape(len(inputs), 3, -1))
+def columns(phases: Phases, problem: Problem, order: int) -> FloatArray:
+    """(N, k, n 2 H): what each coefficient adds to the residuals in units."""
+    h, J = harmonics(phases(problem.inputs), order, CORNER), problem.J
+    return np.asarray(np.einsum("nij,njk->nijk", J, h).reshape(*J.shape[:2], -1))
 
 
 class Ridge:
-    """Ridge regression on the columns A (N, 3, K), for any of the rows and again and again for other residuals.
+    """Ridge regression on the columns A (N, k, K), for any of the rows and again and again for other residuals.
 
     Args:
         A: What each coefficient adds to each row.
     """
 
     def __init__(self, A: FloatArray) -> None:
+        self._rows = A
         self._A = A.reshape(-1, A.shape[2])
         self._G = self._A.T @ self._A
 
     def gram(self, own: IntArray) -> FloatArray:
         """(K, K) A^T A of some rows; the others are taken away from all, since they are fewer."""
-        other = np.setdiff1d(np.arange(len(self._A) // 3), own)
-        others = self._A.reshape(-1, 3, self._A.shape[1])[other].reshape(-1, self._A.shape[1])
+        other = np.setdiff1d(np.arange(len(self._rows)), own)
+        others = self._rows[other].reshape(-1, self._A.shape[1])
         return np.asarray(self._G - others.T @ others)
 
     def right(self, own: IntArray, wanted: FloatArray) -> FloatArray:
-        """(K,) A^T r of some rows, wanted (N, 3)."""
+        """(K,) A^T r of some rows, wanted (N, k)."""
         alone = np.zeros_like(wanted)
         alone[own] = wanted[own]
         return np.asarray(self._A.T @ alone.ravel())
@@ -75,15 +75,15 @@ class Ridge:
 
 
 def choose(problem: Problem, phases: Phases, wanted: FloatArray) -> tuple[int, float]:
-    """Order and ridge of least mean error over the folds, for wanted (N, 3) in units.
+    """Order and ridge of least mean error over the folds, for wanted (N, k) in units.
 
     Orders with more coefficients than half the measured numbers are left out.
     """
     best, least = (ORDERS[0], RIDGES[-1]), np.inf
     joints = problem.robot.joint_count
-    fitting = [order for order in ORDERS if 2 * joints * order <= 3 * len(problem) / 2]
+    fitting = [order for order in ORDERS if 2 * joints * order <= problem.measured.sum() / 2]
     for order in fitting or ORDERS[:1]:
-        A = columns(phases, problem.inputs, order)
+        A = columns(phases, problem, order)
         regression = Ridge(A)
         left = {ridge: np.empty_like(wanted) for ridge in RIDGES}
         for fold, own in enumerate(problem.training_rows()):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A trained correction for other programs: TorchScript or ONNX, inputs joints, payload and Jacobian, output [m].
+"""A trained correction for other programs: TorchScript or ONNX, inputs joints, payload and Jacobian.
 
 The graph is the correction before its guard: the mean of the members, cut to the limit. Networks (mlp, bso-mlp, somm,
 ga-dnn) are graphs; trees, neighbours and processes are not.
@@ -27,8 +27,9 @@ _INPUTS = ("q", "payload", "J_tool_q")
 def export(correction: Correction, form: str = "onnx") -> bytes:
     """The correction as a graph of float64, the content of a file.
 
-    Inputs: q (N, n) [rad or m], payload (N,) [kg], J_tool_q (N, 3, n), the tool's point by the joints; output:
-    displacement (N, 3) [m], to be multiplied by the guard's weight. Both are along the base's axes.
+    Inputs: q (N, n) [rad or m], payload (N,) [kg], J_tool_q (N, 6, n), the tool's motion [v; w] by the joints; output:
+    twist (N, 6), displacement [m] and turn [rad], to be multiplied by the guard's weight. Both are along the base's
+    axes.
 
     Args:
         correction: Of a trained model.
@@ -41,7 +42,7 @@ def export(correction: Correction, form: str = "onnx") -> bytes:
         raise InvalidInput(f"expected the form onnx or torchscript, got {form!r}")
     module = graph(correction)
     n = correction.joint_count
-    example = (torch.zeros(2, n).double(), torch.zeros(2).double(), torch.zeros(2, 3, n).double())
+    example = (torch.zeros(2, n).double(), torch.zeros(2).double(), torch.zeros(2, 6, n).double())
     content = io.BytesIO()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # torch warns of its own ways of tracing
@@ -53,8 +54,8 @@ def export(correction: Correction, form: str = "onnx") -> bytes:
                 example,
                 content,  # type: ignore[arg-type]
                 input_names=list(_INPUTS),
-                output_names=["displacement"],
-                dynamic_axes={name: {0: "rows"} for name in (*_INPUTS, "displacement")},
+                output_names=["twist"],
+                dynamic_axes={name: {0: "rows"} for name in (*_INPUTS, "twist")},
                 dynamo=False,
             )
     return content.getvalue()
@@ -69,13 +70,22 @@ class _Ensemble(nn.Module):
     def __init__(self, correction: Correction) -> None:
         super().__init__()
         self.members = nn.ModuleList(_module(member) for member in correction.members)
-        self.limit, self.any_load = correction.limit, correction.any_load
+        self.limit, self.turn_limit, self.any_load = correction.limit, correction.turn_limit, correction.any_load
 
     def forward(self, q: torch.Tensor, payload: torch.Tensor, J: torch.Tensor) -> torch.Tensor:
         load = payload * 0 if self.any_load else payload
         mean = torch.stack([member(q, load, J) for member in self.members]).mean(dim=0)
-        length = torch.linalg.vector_norm(mean, dim=1, keepdim=True)
-        return mean * torch.clamp(self.limit / torch.clamp(length, min=1e-300), max=1.0)
+        return torch.cat([_limited(mean[:, :3], self.limit), _limited(mean[:, 3:], self.turn_limit)], dim=1)
+
+
+def _limited(vectors: torch.Tensor, limit: float) -> torch.Tensor:
+    length = torch.linalg.vector_norm(vectors, dim=1, keepdim=True)
+    return vectors * torch.clamp(limit / torch.clamp(length, min=1e-300), max=1.0)
+
+
+def _widened(values: torch.Tensor, unit: float, turn_unit: float) -> torch.Tensor:
+    turns = values[:, 3:] if values.shape[1] == 6 else 0 * values
+    return torch.cat([unit * values[:, :3], turn_unit * turns], dim=1)
 
 
 def _module(member: Expert) -> nn.Module:
@@ -118,11 +128,12 @@ class _Axes(nn.Module):
         self.nets = nn.ModuleList(_layers(net) for net in member.nets)
         self.register_buffer("mean", torch.tensor(member.scaling.mean))
         self.register_buffer("gain", torch.tensor(member.scaling.gain))
-        self.unit = member.unit
+        self.unit, self.turn_unit = member.unit, member.turn_unit
 
     def forward(self, q: torch.Tensor, payload: torch.Tensor, J: torch.Tensor) -> torch.Tensor:
         x = (torch.cat([q, payload[:, None]], dim=1) - self.mean) * self.gain
-        return self.unit * torch.cat([net(x) for net in self.nets], dim=1) + 0 * J.sum()
+        out = torch.cat([net(x) for net in self.nets], dim=1)
+        return _widened(out, self.unit, self.turn_unit) + 0 * J.sum()
 
 
 class _Joints(nn.Module):
@@ -144,6 +155,7 @@ class _Joints(nn.Module):
         ):
             self.register_buffer(name, torch.tensor(value))
         self.load_mean, self.load_gain, self.unit = member.phases.load_mean, member.phases.load_gain, member.unit
+        self.turn_unit = member.turn_unit
 
     def forward(self, q: torch.Tensor, payload: torch.Tensor, J: torch.Tensor) -> torch.Tensor:
         phase = q * self.rate + self.offset
@@ -153,5 +165,5 @@ class _Joints(nn.Module):
         errors = (torch.cat([torch.sin(turns), torch.cos(turns)], dim=2) * self.curves).sum(dim=2)
         joints = phase.shape[1]
         moved = torch.matmul(J, (out[:, :joints] + errors)[:, :, None]).squeeze(2)
-        displacement: torch.Tensor = self.unit * (moved + out[:, joints:])
-        return displacement
+        twist: torch.Tensor = self.unit * moved + _widened(out[:, joints:], self.unit, self.turn_unit)
+        return twist

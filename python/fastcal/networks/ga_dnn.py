@@ -88,7 +88,7 @@ def fit_ga_dnn(
     members = [best.architecture] * len(rows)
     parts = [split_rows(own, best.split, options.seed) for own in rows]
     learnt, judged = [part[0] for part in parts], [part[1] for part in parts]
-    return train_plain(problem, members, [(0, 1, 2)] * len(rows), learnt, schedule, options, validation=judged)[0]
+    return train_plain(problem, members, [problem.axes] * len(rows), learnt, schedule, options, validation=judged)[0]
 
 
 def split_rows(own: IntArray, split: int, seed: int) -> tuple[IntArray, IntArray]:
@@ -136,7 +136,7 @@ def fitness(problem: Problem, genes: FloatArray, options: Options, budget: Budge
             net = network_of(genes[k])
             learnt, judged = split_rows(every, net.split, options.seed)
             seed = options.seed * 1009 + int(k)
-            candidates.append(Candidate(net.architecture, net.rate, net.rule, (0, 1, 2), learnt, judged, seed))
+            candidates.append(Candidate(net.architecture, net.rate, net.rule, problem.axes, learnt, judged, seed))
         now = losses_of(problem, candidates, epochs, BATCH, options)
         order = np.argsort(now, kind="stable")
         loss[alive] = now + len(budget.rungs) - 1 - rung if len(budget.rungs) > 1 else now

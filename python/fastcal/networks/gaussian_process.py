@@ -21,7 +21,7 @@ from fastcal.networks.problem import Problem
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-MOST_ROWS = 1500  # of a posterior; more are drawn from, since its cost grows with the cube
+MOST_NUMBERS = 4500  # of a posterior, 1500 points; more are drawn from, since its cost grows with the cube
 LIKELIHOOD_ROWS = 200
 STEPS = 60
 RATE = 0.08
@@ -32,7 +32,7 @@ def fit_gaussian_process(
     rows: Sequence[IntArray],
     options: Options,
     *,
-    most_rows: int = MOST_ROWS,
+    most_rows: int | None = None,
     likelihood_rows: int = LIKELIHOOD_ROWS,
 ) -> list[GaussianProcess]:
     """One process for each set of training rows; all have the hyperparameters that some rows of all find likeliest.
@@ -41,13 +41,15 @@ def fit_gaussian_process(
         problem: The rows.
         rows: Training rows of each process.
         options: How to train.
-        most_rows: Of a posterior; time grows with their cube, memory with their square (3,000: 2.5 GB).
+        most_rows: Of a posterior; time grows with their cube, memory with their square (3,000 points: 2.5 GB). None:
+            1,500 points, 750 poses.
         likelihood_rows: That decide the hyperparameters.
     """
+    most_rows = most_rows or MOST_NUMBERS // len(problem.axes)
     phases = phases_of(problem)
     x = np.hstack([phases(problem.inputs), phases.load(problem.inputs)])
     some = np.random.default_rng((options.seed, 2)).permutation(len(problem))[:likelihood_rows]
-    numbers = hyperparameters(x[some], problem.inputs.J_tool_q[some], problem.residuals[some] / problem.size)
+    numbers = hyperparameters(x[some], problem.J[some], problem.wanted[some], problem.measured[some])
     found = []
     for k, own in enumerate(rows):
         options.progress(f"Gaussian process {k + 1} of {len(rows)}")
@@ -57,27 +59,36 @@ def fit_gaussian_process(
 
 
 def covariance(x: torch.Tensor, J: torch.Tensor, numbers: torch.Tensor) -> torch.Tensor:
-    """(3 M, 3 M) of the residuals, without noise; numbers: a, b, c, noise, l, L, as in `GaussianProcess`."""
-    own, shared, free, _, alone, together = numbers
+    """(k M, k M) of residuals, J (M, k, n), without noise; numbers: a, b, c, l, L, as in `GaussianProcess`, noise."""
+    own, shared, free, alone, together = numbers[:5]
     squares = 2 * torch.sin((x[:, None, :-1] - x[None, :, :-1]) / 2) ** 2
     joint = torch.exp(-((x[:, None, -1] - x[None, :, -1]) ** 2 / 2 + squares.sum(dim=2)) / together**2)
     K = own**2 * torch.exp(-squares / alone**2) + shared**2 * joint[..., None]
     blocks = torch.einsum("nai,nmi,mbi->namb", J, K, J)
-    blocks = blocks + free**2 * joint[:, None, :, None] * torch.eye(3, dtype=x.dtype)[None, :, None, :]
-    out: torch.Tensor = blocks.reshape(3 * len(x), 3 * len(x))
+    blocks = blocks + free**2 * joint[:, None, :, None] * torch.eye(J.shape[1], dtype=x.dtype)[None, :, None, :]
+    out: torch.Tensor = blocks.reshape(J.shape[1] * len(x), -1)
     return out
 
 
-def hyperparameters(x: FloatArray, J: FloatArray, residuals: FloatArray) -> FloatArray:
-    """Likeliest a, b, c, noise in units of the residuals, l, L [rad]; Adam on their logarithms."""
-    xt, Jt = torch.tensor(x), torch.tensor(J)
-    y = torch.tensor(residuals.ravel())
-    logs = torch.log(torch.tensor([0.6, 0.2, 0.2, 0.3, 0.3, 1.5], dtype=torch.float64)).requires_grad_(True)
+def hyperparameters(x: FloatArray, J: FloatArray, wanted: FloatArray, measured: NDArray[np.bool_]) -> FloatArray:
+    """Likeliest a, b, c in units of the residuals, l, L [rad], noise of points and of turns; Adam on the logarithms.
+
+    Args:
+        x: (M, n + 1) phases and load.
+        J: (M, k, n) residuals by the joints.
+        wanted: (M, k) residuals in their units.
+        measured: (M, k) which of them are any.
+    """
+    xt, Jt, used = torch.tensor(x), torch.tensor(J), torch.tensor(measured.ravel())
+    y = torch.tensor(wanted.ravel())[used]
+    kinds = wanted.shape[1] // 3
+    logs = torch.log(torch.tensor([0.6, 0.2, 0.2, 0.3, 1.5] + [0.3] * kinds, dtype=torch.float64)).requires_grad_(True)
     optimizer = Optimizer(["adam"], [RATE], logs[None])  # torch's own takes seconds to import
     best, least = logs.detach().clone(), math.inf
     for _ in range(STEPS):
         numbers = torch.exp(logs)
-        K = covariance(xt, Jt, numbers) + (numbers[3] ** 2 + 1e-6) * torch.eye(len(y), dtype=torch.float64)
+        noise = (numbers[5:] ** 2 + 1e-6).repeat_interleave(3).repeat(len(x))[used]
+        K = covariance(xt, Jt, numbers)[used][:, used] + torch.diag(noise)
         L = torch.linalg.cholesky(K)
         half = torch.linalg.solve_triangular(L, y[:, None], upper=False)
         value = (half**2).sum() / 2 + torch.log(torch.diagonal(L)).sum()
@@ -91,18 +102,20 @@ def hyperparameters(x: FloatArray, J: FloatArray, residuals: FloatArray) -> Floa
 
 
 def _posterior(problem: Problem, phases: Phases, x: FloatArray, own: IntArray, numbers: FloatArray) -> GaussianProcess:
-    J = problem.inputs.J_tool_q[own]
+    J, measured = problem.J[own], problem.measured[own]
+    used = np.flatnonzero(measured.ravel())
     with torch.no_grad():
-        K = covariance(torch.tensor(x[own]), torch.tensor(J), torch.tensor(numbers)).numpy()
-    K[np.diag_indices_from(K)] += numbers[3] ** 2 + 1e-6
-    alpha = linalg.cho_solve(linalg.cho_factor(K, lower=True, overwrite_a=True), problem.residuals[own].ravel())
-    alpha = alpha.reshape(-1, 3)
+        K = covariance(torch.tensor(x[own]), torch.tensor(J), torch.tensor(numbers)).numpy()[np.ix_(used, used)]
+    K[np.diag_indices_from(K)] += np.tile(np.repeat(numbers[5:] ** 2 + 1e-6, 3), len(own))[used]
+    alpha = np.zeros(measured.shape)
+    factor = linalg.cho_factor(K, lower=True, overwrite_a=True)
+    alpha[measured] = linalg.cho_solve(factor, problem.wanted[own].ravel()[used])
     variances = (numbers[0] ** 2, numbers[1] ** 2, numbers[2] ** 2)
     return GaussianProcess(
         phases,
         x[own],
-        np.einsum("mij,mi->mj", J, alpha),
-        alpha,
+        problem.size * np.einsum("mij,mi->mj", J, alpha),
+        alpha * problem.units,
         tuple(map(float, variances)),  # type: ignore[arg-type]
-        (float(numbers[4]), float(numbers[5])),
+        (float(numbers[3]), float(numbers[4])),
     )

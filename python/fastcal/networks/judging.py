@@ -6,12 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.correction.applicability import Guard, coordinates, margins
-from fastcal.correction.correction import Correction, limited, spread
+from fastcal.correction.correction import Correction, limited_twist, spread
 from fastcal.correction.experts import Expert
 from fastcal.correction.uncertainty import DEVIATIONS, Uncertainty
 from fastcal.networks.problem import Problem
@@ -31,7 +32,7 @@ class Judged:
 
     Attributes:
         members: Of all folds together.
-        errors: (N, 3) what is left with guard and limit [m].
+        errors: (N, k) what is left with guard and limit [m; rad].
         correction: The whole, as it would be saved.
         coverage: Share of held-out coordinates within their 90 % interval, the interval fitted on the other folds.
         weight: (N,) of the guard.
@@ -46,32 +47,54 @@ class Judged:
 
 def judge(name: str, problem: Problem, experts: Sequence[Sequence[Expert]]) -> Judged:
     """Holds the experts of each fold against the fold's own rows, and fits guard and uncertainty to what they show."""
-    limit = float(np.linalg.norm(problem.residuals, axis=1).max())
-    predicted, apart = np.empty_like(problem.residuals), np.empty_like(problem.residuals)
+    predicted, apart = np.empty((len(problem), 6)), np.empty((len(problem), 6))
     distance = np.empty(len(problem))
     guards = [guard_of(problem, own) for own in problem.training_rows()]
     for fold, members in enumerate(experts):
         held = np.flatnonzero(problem.folds == fold)
         part = problem.inputs.select(held)
-        each = np.array([member.displacement(part) for member in members])
-        predicted[held], apart[held] = limited(each.mean(axis=0), limit), spread(each)
+        each = np.array([member.twist(part) for member in members])
+        predicted[held], apart[held] = each.mean(axis=0), spread(each)
         distance[held] = guards[fold].distance(part)
-    before = np.linalg.norm(problem.residuals, axis=1)
-    near = helpful_distance(distance, before, np.linalg.norm(problem.residuals - predicted, axis=1))
+    every = np.arange(len(problem))
+    limits = _limits(problem)
+    predicted = limited_twist(predicted, *limits)
+    before, after = problem.lengths(problem.residuals), problem.lengths(problem.left(predicted, every))
+    near = helpful_distance(distance, before, after)
     weight = np.empty(len(problem))
     for fold, guard in enumerate(guards):
         held = np.flatnonzero(problem.folds == fold)
         weight[held] = with_distance(guard, near).weight(problem.inputs.select(held))
-    errors = problem.residuals - weight[:, np.newaxis] * predicted
-    every = np.arange(len(problem))
+    errors = problem.left(weight[:, np.newaxis] * predicted, every)
     inside = weight > 0.5
-    trusted = inside if inside.any() else np.ones(len(problem), dtype=bool)
-    uncertainty = Uncertainty.fitted(errors[trusted], apart[trusted], problem.residuals)
+    trusted = inside if problem.measured[inside].any(axis=0).all() else np.ones(len(problem), dtype=bool)
+    uncertainty = _uncertainty(problem, errors, apart, trusted, every)
     members = tuple(member for fold in experts for member in fold)
     correction = Correction(
-        name, members, with_distance(guard_of(problem, every), near), limit, uncertainty, {}, problem.any_load
+        name, members, with_distance(guard_of(problem, every), near), *limits, uncertainty, {}, problem.any_load
     )
     return Judged(members, errors, correction, _coverage(problem, errors, apart, weight, trusted), weight)
+
+
+def _limits(problem: Problem) -> tuple[float, float]:
+    """The longest residual [m] and the largest turn [rad].
+
+    The turn is 0 where points alone were measured: joint errors that explain points may turn the tool wrongly, as no
+    point tells a wrist joint's error from what its neighbours do.
+    """
+    longest, largest = (
+        np.linalg.norm(part, axis=1).max(initial=0.0) for part in (problem.residuals[:, :3], problem.residuals[:, 3:])
+    )
+    return float(longest), float(largest)
+
+
+def _uncertainty(
+    problem: Problem, errors: FloatArray, apart: FloatArray, trusted: NDArray[Any], rows: NDArray[Any]
+) -> Uncertainty:
+    """What the errors of the trusted rows show, beside the residuals of `rows`; unmeasured numbers show nothing."""
+    known = np.where(problem.measured, errors, np.nan)
+    before = np.where(problem.measured, problem.residuals, np.nan)
+    return Uncertainty.fitted(known[trusted], apart[trusted], before[rows])
 
 
 def guard_of(problem: Problem, own: IntArray) -> Guard:
@@ -112,9 +135,10 @@ def _coverage(
     hits, count = 0, 0
     for fold in range(problem.fold_count):
         own, held = trusted & (problem.folds != fold), problem.folds == fold
-        if not own.any():
+        if not problem.measured[own].any(axis=0).all():
             continue
-        fitted = Uncertainty.fitted(errors[own], apart[own], problem.residuals[problem.folds != fold])
-        inside = np.abs(errors[held]) <= DEVIATIONS * fitted.sigma(apart[held], weight[held])
-        hits, count = hits + int(inside.sum()), count + inside.size
+        fitted = _uncertainty(problem, errors, apart, own, problem.folds != fold)
+        measured, k = problem.measured[held], len(problem.axes)
+        inside = np.abs(errors[held]) <= DEVIATIONS * fitted.sigma(apart[held], weight[held])[:, :k]
+        hits, count = hits + int(inside[measured].sum()), count + int(measured.sum())
     return hits / max(count, 1)

@@ -9,6 +9,7 @@ coordinates; here the arm's own Jacobian maps joint errors to coordinates, and n
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import torch
@@ -31,24 +32,29 @@ SCHEDULE = Schedule(epochs=150, batch=256, rate=3e-3, huber=1.0, decay=0.1)
 
 
 class JointErrors:
-    """Errors of P networks that predict joint errors: J net(features) + offset - wanted, all in units."""
+    """Errors of P networks that predict joint errors: J net(features) + offset - wanted, all in units.
+
+    Numbers that were not measured, of which J and wanted are 0, count for nothing.
+    """
 
     def __init__(
-        self, population: Population, features: FloatArray, J: FloatArray, wanted: FloatArray, device: torch.device
+        self, population: Population, features: FloatArray, problem: Problem, wanted: FloatArray, device: torch.device
     ) -> None:
-        def tensor(values: FloatArray) -> torch.Tensor:
+        def tensor(values: NDArray[Any]) -> torch.Tensor:
             return torch.tensor(values, dtype=torch.float32, device=device)
 
         self._population = population
-        self._features, self._J = tensor(features), tensor(J)
-        self._wanted = tensor(wanted)  # (P, N, 3)
+        self._features, self._J = tensor(features), tensor(problem.J)
+        self._wanted = tensor(wanted)  # (P, N, k)
+        self._measured = None if problem.measured.all() else tensor(problem.measured)
 
     def error(self, theta: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
-        """(P, B, 3)."""
+        """(P, B, k)."""
         out = self._population(theta, self._features[rows])
         joints = self._J.shape[2]
         moved = (self._J[rows] @ out[..., :joints, None]).squeeze(-1)
-        return moved + out[..., joints:] - self._wanted[torch.arange(len(rows), device=rows.device)[:, None], rows]
+        free = out[..., joints:] if self._measured is None else out[..., joints:] * self._measured[rows]
+        return moved + free - self._wanted[torch.arange(len(rows), device=rows.device)[:, None], rows]
 
 
 def fit_mlp(
@@ -62,12 +68,13 @@ def fit_mlp(
     """A network for each set of training rows; all train together."""
     phases = phases_of(problem)
     joints = problem.robot.joint_count
-    wanted = problem.residuals / problem.size
+    wanted = problem.wanted
     order, ridge = choose(problem, phases, wanted)
-    A = columns(phases, problem.inputs, order)
+    A = columns(phases, problem, order)
     regression = Ridge(A)
     factors = [regression.factor(regression.gram(own), ridge) for own in rows]
-    population = Population(2 * joints + 1, joints + 3, [Architecture.plain(hidden)] * len(rows), options.device)
+    members = [Architecture.plain(hidden)] * len(rows)
+    population = Population(2 * joints + 1, joints + len(problem.axes), members, options.device)
     seeds = options.seeds(len(rows))
     theta = population.start(seeds, last=0.1)
     features = phases.features(problem.inputs)
@@ -78,12 +85,12 @@ def fit_mlp(
             for factor, own, offset in zip(factors, rows, predicted, strict=True)
         ]
         left = np.array([wanted - A @ c for c in curves])
-        model = JointErrors(population, features, problem.inputs.J_tool_q, left, theta.device)
+        model = JointErrors(population, features, problem, left, theta.device)
         theta, _ = fit(model, theta, rows, schedule, seeds, progress=options.progress)
         with torch.no_grad():
             every = torch.arange(len(problem), device=theta.device).expand(len(rows), -1)
             predicted = model.error(theta, every).cpu().numpy().astype(float) + left
     return [
-        JointNetwork(phases, c.reshape(joints, -1), CORNER, net, problem.size)
+        JointNetwork(phases, c.reshape(joints, -1), CORNER, net, problem.size, problem.turn_size)
         for c, net in zip(curves, population.networks(theta), strict=True)
     ]

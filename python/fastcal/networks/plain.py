@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import torch
@@ -33,15 +34,20 @@ class Coordinates:
     def __init__(self, population: Population, problem: Problem, axes: Sequence[Sequence[int]], device: torch.device):
         self.population = population
         self.scaling = Scaling.of(problem.inputs)
-        self.unit = problem.size
         self.x = torch.tensor(self.scaling(problem.inputs), dtype=torch.float32, device=device)
-        y = (problem.residuals / self.unit).T
-        self.wanted = torch.tensor(np.array([y[list(own)].T for own in axes]), dtype=torch.float32, device=device)
+        self.wanted = _of_axes(problem.wanted, axes, device)
+        self._measured = None if problem.measured.all() else _of_axes(problem.measured, axes, device)
         self._own = torch.arange(len(axes), device=device)[:, None]
 
     def error(self, theta: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
         """(P, B, k)."""
-        return self.population(theta, torch.nn.functional.embedding(rows, self.x)) - self.wanted[self._own, rows]
+        error = self.population(theta, torch.nn.functional.embedding(rows, self.x)) - self.wanted[self._own, rows]
+        return error if self._measured is None else error * self._measured[self._own, rows]
+
+
+def _of_axes(values: NDArray[Any], axes: Sequence[Sequence[int]], device: torch.device) -> torch.Tensor:
+    """(P, N, k) the columns of values (N, ...) that each network gives."""
+    return torch.tensor(np.array([values[:, list(own)] for own in axes]), dtype=torch.float32, device=device)
 
 
 def train_plain(
@@ -58,7 +64,7 @@ def train_plain(
 ) -> tuple[list[AxisNetworks], FloatArray]:
     """Trains networks with the same number of outputs together; their losses are on the validation rows.
 
-    Each is given as an expert of its own, though one with a single output is but a third of a model.
+    Each is given as an expert of its own, though one with a single output is but a part of a model.
     """
     population = Population(problem.robot.joint_count + 1, len(axes[0]), members, options.device)
     own = options.seeds(len(members)) if seeds is None else seeds
@@ -67,13 +73,13 @@ def train_plain(
     theta, losses = fit(
         model, theta.to(options.device), rows, schedule, own, validation=validation, progress=options.progress
     )
-    experts = [AxisNetworks(model.scaling, (net,), model.unit) for net in population.networks(theta)]
-    return experts, losses
+    units = problem.size, problem.turn_size
+    return [AxisNetworks(model.scaling, (net,), *units) for net in population.networks(theta)], losses
 
 
 def fit_plain(
     problem: Problem, rows: Sequence[IntArray], options: Options, *, architecture: Architecture, schedule: Schedule
 ) -> list[AxisNetworks]:
-    """One network with three outputs for each set of rows: the plain rival of the papers' networks."""
+    """One network with all outputs for each set of rows: the plain rival of the papers' networks."""
     members = [architecture] * len(rows)
-    return train_plain(problem, members, [(0, 1, 2)] * len(rows), rows, schedule, options)[0]
+    return train_plain(problem, members, [problem.axes] * len(rows), rows, schedule, options)[0]

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.evaluation import realigned
+from fastcal.calibration.evaluation import ALIGNED_BETTER, realigned
+from fastcal.calibration.prediction import rotations
 from fastcal.correction import Inputs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal
 from fastcal.robot.robot import Robot
+from fastcal.robot.se3 import turns_from
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +36,9 @@ class Problem:
         robot: The model without a correction.
         data: The rows, all with a whole point.
         inputs: What a residual model may look at.
-        residuals: (N, 3) measured less predicted point, base's axes [m].
+        residuals: (N, k) measured less predicted, base's axes: points [m], k = 3; where orientations were measured the
+            turns too [rad], k = 6, 0 in rows without one.
+        measured: (N, k) is the number measured?
         regions: (N,) number of the cell of joint space.
         folds: (N,) number of the fold; a region is in one fold.
         left_out: Rows of the data that was given which are not here: no whole point, or gross ones.
@@ -46,6 +50,7 @@ class Problem:
     data: Dataset
     inputs: Inputs
     residuals: FloatArray
+    measured: NDArray[np.bool_]
     regions: IntArray
     folds: IntArray
     left_out: IntArray
@@ -67,7 +72,49 @@ class Problem:
     @property
     def size(self) -> float:
         """Root mean square of a residual coordinate [m], never 0."""
-        return max(float(np.sqrt(np.mean(self.residuals**2))), 1e-12)
+        return max(float(np.sqrt(np.mean(self.residuals[:, :3] ** 2))), 1e-12)
+
+    @property
+    def has_turns(self) -> bool:
+        """Were orientations measured?"""
+        return bool(self.residuals.shape[1] == 6)
+
+    @property
+    def turn_size(self) -> float:
+        """Root mean square of a turn about an axis [rad], never 0 where orientations were measured; else 0."""
+        if not self.has_turns:
+            return 0.0
+        return max(float(np.sqrt(np.mean(self.residuals[:, 3:][self.measured[:, 3:]] ** 2))), 1e-12)
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """The columns of the residuals."""
+        return tuple(range(self.residuals.shape[1]))
+
+    @property
+    def units(self) -> FloatArray:
+        """(k,) the sizes, one a column of the residuals."""
+        return np.repeat([self.size, self.turn_size], 3)[: self.residuals.shape[1]]
+
+    @property
+    def wanted(self) -> FloatArray:
+        """(N, k) the residuals in units: a turn counts as much as a displacement."""
+        return self.residuals / self.units
+
+    @property
+    def J(self) -> FloatArray:
+        """(N, k, n) `wanted` by the joints' errors in `size` a metre; 0 where nothing was measured."""
+        J = self.inputs.J_tool_q[:, : self.residuals.shape[1]] * (self.size / self.units)[:, np.newaxis]
+        return np.asarray(J * self.measured[:, :, np.newaxis])
+
+    def left(self, twist: FloatArray, rows: IntArray) -> FloatArray:
+        """(M, k) of the residuals of M rows after a twist (M, 6) [m; rad]; 0 where not measured."""
+        count = self.residuals.shape[1]
+        return np.where(self.measured[rows], self.residuals[rows] - twist[:, :count], 0.0)
+
+    def lengths(self, errors: FloatArray) -> FloatArray:
+        """(N,) [m] of errors (N, k): of points, or of points and turns, each in its unit."""
+        return np.asarray(self.size * np.linalg.norm(errors / self.units, axis=1))
 
 
 def problem_of(
@@ -89,17 +136,17 @@ def problem_of(
     bare = robot.with_(correction=None)
     if data.position is None:
         raise InvalidInput(f"{data.source}: training needs measured points, x_mm y_mm z_mm")
-    R = bare.T_world_base[:3, :3]
-    predicted = bare.poses(data)[:, :3, 3]
-    _refuse_other_places(data, predicted)
-    residuals = (data.position - predicted) @ R
-    whole = ~np.isnan(residuals).any(axis=1)
-    length = np.linalg.norm(residuals, axis=1)
-    typical = np.median(length[whole]) / _MEDIAN_LENGTH if whole.any() else 0.0
-    gross = whole & (length > GROSS * max(typical, 1e-9))
+    T = bare.poses(data)
+    _refuse_other_places(data, T[:, :3, 3])
+    _refuse_other_tools(data, T)
+    residuals = residuals_of(bare, data, T)
+    whole = ~np.isnan(residuals[:, :3]).any(axis=1)
+    gross = whole & (_is_gross(residuals[:, :3]) | _is_gross(residuals[:, 3:]))
     kept = np.flatnonzero(whole & ~gross)
     if len(kept) < FEWEST_ROWS:
         raise InvalidInput(f"{data.source}: training needs at least {FEWEST_ROWS} rows with a point, got {len(kept)}")
+    if np.isfinite(residuals[kept, 3:]).all(axis=1).sum() < FEWEST_ROWS:
+        residuals = residuals[:, :3]
     rows = data.select(kept)
     inputs = bare.inputs(rows.q, rows.payload)
     regions = cells(rows.q, region_rows)
@@ -111,13 +158,54 @@ def problem_of(
         bare,
         rows,
         inputs.without_load() if any_load else inputs,
-        residuals[kept],
+        np.nan_to_num(residuals[kept]),
+        ~np.isnan(residuals[kept]),
         regions,
         dealt[regions],
         np.setdiff1d(np.arange(len(data)), kept),
         int(gross.sum()),
         any_load,
     )
+
+
+def residuals_of(robot: Robot, data: Dataset, T: FloatArray) -> FloatArray:
+    """(N, k) measured less predicted T (N, 4, 4), base's axes, NaN where not measured.
+
+    k = 3: points [m]; k = 6, where orientations were measured: the turns too [rad].
+    """
+    R = robot.T_world_base[:3, :3]
+    points = (np.asarray(data.position) - T[:, :3, 3]) @ R
+    if data.rotation is None or np.isnan(data.rotation).any(axis=1).all():
+        return np.asarray(points)
+    return np.hstack([points, turns_from(T[:, :3, :3], rotations(data.rotation)) @ R])
+
+
+def _refuse_other_tools(data: Dataset, T: FloatArray) -> None:
+    """Refuses orientations of a tool that is mounted as a model that predicts T (N, 4, 4) does not know.
+
+    Raises:
+        InvalidInput: One turn of the tool makes them fit several times better.
+    """
+    if data.rotation is None or not (seen := np.isfinite(data.rotation).all(axis=1)).any():
+        return
+    predicted, measured = T[seen, :3, :3], rotations(data.rotation[seen])
+    U, _, Vt = np.linalg.svd(np.einsum("nji,njk->ik", predicted, measured))
+    turned = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    before, after = turns_from(predicted, measured), turns_from(predicted @ turned, measured)
+    if np.sum(before**2) > ALIGNED_BETTER**2 * np.sum(after**2):
+        by = from_si(float(np.linalg.norm(turns_from(np.eye(3)[np.newaxis], turned[np.newaxis]))), "deg")
+        raise InvalidInput(
+            f"{data.source}: its orientations fit the model with the tool turned by {by:.2f} deg: calibrate on these "
+            "files first, which finds how it is mounted, and train that model"
+        )
+
+
+def _is_gross(residuals: FloatArray) -> NDArray[np.bool_]:
+    """(N,) is the vector of residuals (N, 3) too long to be one? False where not measured."""
+    length = np.linalg.norm(residuals, axis=1)
+    if not residuals.shape[1] or np.isnan(length).all():
+        return np.zeros(len(residuals), dtype=bool)
+    return np.asarray(length > GROSS * max(float(np.nanmedian(length)) / _MEDIAN_LENGTH, 1e-9))
 
 
 def _refuse_other_places(data: Dataset, predicted: FloatArray) -> None:
@@ -171,6 +259,15 @@ def _halves(q: FloatArray, own: IntArray) -> list[IntArray]:
 
 def lengths_mm(errors: FloatArray) -> dict[str, float]:
     """mean, rms and max of the lengths of errors (N, 3) [m], in mm."""
-    length = np.linalg.norm(errors, axis=1)
+    return _statistics(errors, "mm")
+
+
+def turns_deg(turns: FloatArray) -> dict[str, float]:
+    """mean, rms and max of the angles of rotation vectors (N, 3) [rad], in degrees."""
+    return _statistics(turns, "deg")
+
+
+def _statistics(vectors: FloatArray, unit: str) -> dict[str, float]:
+    length = np.linalg.norm(vectors, axis=1)
     found = {"mean": length.mean(), "rms": np.sqrt((length**2).mean()), "max": length.max()}
-    return {name: from_si(float(value), "mm") for name, value in found.items()}
+    return {name: from_si(float(value), unit) for name, value in found.items()}

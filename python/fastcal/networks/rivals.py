@@ -17,7 +17,7 @@ from fastcal.correction.inputs import Scaling
 from fastcal.correction.trees import Trees
 from fastcal.effects.entries import curve_of
 from fastcal.networks.options import Options
-from fastcal.networks.problem import Problem
+from fastcal.networks.problem import Problem, residuals_of
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -36,8 +36,7 @@ def fit_neighbours(problem: Problem, rows: Sequence[IntArray], options: Options)
         for expert, own in zip(found, rows, strict=True):
             other = np.setdiff1d(np.arange(len(problem)), own)
             if len(other):
-                predicted = expert.displacement(problem.inputs.select(other))
-                errors.append(np.linalg.norm(problem.residuals[other] - predicted, axis=1))
+                errors.append(problem.lengths(problem.left(expert.twist(problem.inputs.select(other)), other)))
         mean = float(np.concatenate(errors).mean()) if errors else 0.0
         if mean < least:
             best, least = found, mean
@@ -59,13 +58,16 @@ def fit_boosting(problem: Problem, rows: Sequence[IntArray], options: Options) -
 def _boosted(problem: Problem, own: IntArray, seed: int) -> BoostedTrees:
     inputs = problem.inputs.select(own)
     scaling = Scaling.of(inputs)
-    x, unit = scaling(inputs), problem.size
-    axes = [
-        HistGradientBoostingRegressor(random_state=seed, **BOOSTING).fit(x, problem.residuals[own, axis] / unit)
-        for axis in range(3)
-    ]
-    first, second, third = (trees_of(axis) for axis in axes)
-    return BoostedTrees(scaling, (first, second, third), unit)
+    x, wanted, measured = scaling(inputs), problem.wanted[own], problem.measured[own]
+    trees = tuple(
+        trees_of(
+            HistGradientBoostingRegressor(random_state=seed, **BOOSTING).fit(
+                x[measured[:, axis]], wanted[measured[:, axis], axis]
+            )
+        )
+        for axis in problem.axes
+    )
+    return BoostedTrees(scaling, trees, problem.size, problem.turn_size)
 
 
 def trees_of(boosted: Any) -> Trees:
@@ -92,13 +94,12 @@ def with_profiles(robot: Robot, problem: Problem, own: IntArray, threads: int) -
 
 
 def profile_errors(problem: Problem, threads: int) -> FloatArray:
-    """(N, 3) held-out errors of the model with joint profiles, measured less predicted, base's axes [m]."""
-    errors = np.empty((len(problem), 3))
-    R = problem.robot.T_world_base[:3, :3]
+    """(N, k) held-out errors of the model with joint profiles, measured less predicted, base's axes [m; rad]."""
+    errors, count = np.zeros_like(problem.residuals), len(problem.axes)
     for fold, own in enumerate(problem.training_rows()):
         other = np.flatnonzero(problem.folds == fold)
         part = problem.data.select(other)
         model = with_profiles(problem.robot, problem, own, threads)
-        if part.position is not None:
-            errors[other] = (part.position - model.poses(part)[:, :3, 3]) @ R
-    return errors
+        found = residuals_of(model, part, model.poses(part))[:, :count]
+        errors[other, : found.shape[1]] = found
+    return np.where(problem.measured, errors, 0.0)

@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import optuna
 from numpy.typing import NDArray
 
-from fastcal.correction.experts import AxisNetworks
+from fastcal.correction.experts import AXES, AxisNetworks
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.options import Options
 from fastcal.networks.plain import train_plain
@@ -30,7 +31,7 @@ class AxisSizes(NamedTuple):
     decay: float = 0.0
 
 
-# Tables 2 and 3; Adam, 200 epochs, batches of 200.
+# Tables 2 and 3; Adam, 200 epochs, batches of 200. Turns, which the paper has not, take the same three sizes.
 PAPER = (
     AxisSizes(Architecture.plain((20, 20, 20, 20, 10, 20), "tanh"), 8e-4),
     AxisSizes(Architecture.plain((100, 50), "relu"), 5e-4),
@@ -44,7 +45,7 @@ DEEPEST = 6
 def fit_somm(
     problem: Problem, rows: Sequence[IntArray], options: Options, *, sizes: Sequence[AxisSizes] | None = None
 ) -> list[AxisNetworks]:
-    """Three networks for each set of rows; those of all sets train together.
+    """A network an axis for each set of rows; those of all sets train together.
 
     Sizes that are not given are the paper's where `options.trials` is 0, else found by TPE.
     """
@@ -56,20 +57,21 @@ def fit_somm(
         decay=[axis.decay for _ in rows for axis in chosen],
     )
     members = [axis.architecture for _ in rows for axis in chosen]
-    axes = [(axis,) for _ in rows for axis in range(3)]
-    each = [own for own in rows for _ in range(3)]
+    count = len(chosen)
+    axes = [(axis,) for _ in rows for axis in range(count)]
+    each = [own for own in rows for _ in range(count)]
     found, _ = train_plain(problem, members, axes, each, schedule, options)
     return [
-        AxisNetworks(found[k].scaling, tuple(net for part in found[k : k + 3] for net in part.nets), found[k].unit)
-        for k in range(0, len(found), 3)
+        replace(found[k], nets=tuple(net for part in found[k : k + count] for net in part.nets))
+        for k in range(0, len(found), count)
     ]
 
 
 def sizes_of(problem: Problem, options: Options) -> tuple[AxisSizes, ...]:
     """The paper's sizes, or those that a search finds."""
     if options.trials == 0:
-        return PAPER
-    return tuple(_searched(problem, axis, options) for axis in range(3))
+        return tuple(PAPER[axis % len(PAPER)] for axis in problem.axes)
+    return tuple(_searched(problem, axis, options) for axis in problem.axes)
 
 
 def _searched(
@@ -86,11 +88,9 @@ def _searched(
     learnt, judged = problem.training_rows()[0], np.flatnonzero(problem.folds == 0)
     while (count := len(study.get_trials(deepcopy=False, states=done))) < wanted:
         if count > 0 and options.is_over:
-            options.notes.append(
-                f"the search for axis {'xyz'[axis]} ended after {count} of {wanted} trials: time is up"
-            )
+            options.notes.append(f"the search for axis {AXES[axis]} ended after {count} of {wanted} trials: time is up")
             break
-        options.progress(f"searching the network of axis {'xyz'[axis]}, trial {count} of {wanted}")
+        options.progress(f"searching the network of axis {AXES[axis]}, trial {count} of {wanted}")
         study.sampler = optuna.samplers.TPESampler(seed=options.seed * 7919 + count, constant_liar=True)
         trials = [study.ask() for _ in range(min(asked, wanted - count))]
         sizes = [_suggested(trial) for trial in trials]

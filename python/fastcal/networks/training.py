@@ -26,14 +26,16 @@ from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.judging import Judged, judge
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
-from fastcal.networks.problem import Problem, lengths_mm, problem_of
+from fastcal.networks.problem import Problem, lengths_mm, problem_of, turns_deg
 from fastcal.networks.rivals import fit_boosting, fit_neighbours, profile_errors, with_profiles
 from fastcal.networks.somm import fit_somm
+from fastcal.networks.transfer import ALONE, NOTHING, PRIOR, SHIFTED, Transfer, transfer
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
+Scores = dict[str, dict[str, float]]
 Fit = Callable[[Problem, Sequence[IntArray], Options], Sequence[Expert]]
 
 FITS: dict[str, Fit] = {
@@ -48,7 +50,6 @@ FITS: dict[str, Fit] = {
 }
 ENSEMBLES = {"mlp": 3, "bso-mlp": 2, "somm": 2, "ca-somm": 2, "ga-dnn": 2}  # members a fold; others have one
 RIVALS = ("gp", "knn", "boosting", "joint-profiles")
-ALONE = "model"
 MIN_GAIN = 3.0  # standard errors: the guard's reach was chosen on the same rows, which flatters a little
 WORSE = 1.1  # a region is reported as worse where its mean error rises by more than a tenth
 
@@ -63,11 +64,12 @@ class TrainingResult:
         used: Which of the compared is in the model: the network, a rival, or `model`, nothing.
         verdict: Why, in a sentence.
         scores: Held-out lengths of errors of each in mm: mean, rms, max.
+        turn_scores: Held-out angles of errors of each in degrees, likewise; empty where points alone were measured.
         coverage: Share of held-out coordinates within their 90 % intervals; None without a correction.
         regions: How many cells were held out, in how many of them the mean error rises by more than a tenth, and by how
             much most.
         rows, left_out, gross: Rows learnt from, left out, and how many of these were gross.
-        limit: No correction is longer [m]; None without one.
+        limit, turn_limit: No correction is longer [m], none turns by more [rad]; None without one.
         notes: What a reader should know, a sentence each.
     """
 
@@ -82,6 +84,8 @@ class TrainingResult:
     left_out: list[int]
     gross: int
     limit: float | None
+    turn_limit: float | None = None
+    turn_scores: dict[str, dict[str, float]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def to_json_dict(self) -> dict[str, Any]:
@@ -90,7 +94,9 @@ class TrainingResult:
         return {
             **{name: getattr(self, name) for name in names},
             "held_out_mm": self.scores,
+            "held_out_deg": self.turn_scores or None,
             "limit_mm": None if self.limit is None else from_si(self.limit, "mm"),
+            "limit_deg": None if self.turn_limit is None else from_si(self.turn_limit, "deg"),
         }
 
 
@@ -108,6 +114,7 @@ def train(
     full: bool = False,
     minutes: float | None = None,
     any_load: bool = False,
+    prior: Robot | None = None,
     threads: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> TrainingResult:
@@ -132,6 +139,8 @@ def train(
             later call goes on. None: when all is tried.
         any_load: Do not look at the load, neither in training nor in the guard: the model's compliances answer for it.
             This is the global compensation of the RX160L paper, (14): displacement of the network plus compliances.
+        prior: A model with a network of another arm of the same kind: what few rows of this one start from. Where it
+            does not gain on held-out rows, training goes on from nothing.
         threads: Cores for the rivals' calibrations and a search's trials; the result does not depend on it.
         progress: Called with a sentence at each step.
 
@@ -143,12 +152,22 @@ def train(
     if unknown := set(rivals) - set(RIVALS):
         raise InvalidInput(f"expected rivals of {', '.join(RIVALS)}, got {min(unknown)!r}")
     progress = progress or (lambda text: None)
-    problem = problem_of(robot, data, folds=folds, any_load=any_load, seed=seed)
     if minutes is not None and not minutes > 0:
         raise InvalidInput(f"minutes must be above 0, got {minutes}")
     deadline = None if minutes is None else time.monotonic() + 60 * minutes
     place = None if storage is None else Path(storage)
     options = Options(seed, device_of(device), progress, trials, place, full, threads, deadline)
+    moved = None if prior is None else transfer(robot, data, prior, folds=folds, options=options)
+    if moved is not None and moved.helps:
+        return _transferred(network, moved, data)
+    try:
+        problem = problem_of(robot, data, folds=folds, any_load=any_load, seed=seed)
+    except InvalidInput as error:
+        if moved is None:
+            raise
+        return _transferred(network, moved, data, str(error))
+    if moved is not None:
+        options.notes.append("the prior does not gain on held-out rows of this arm: trained from nothing")
     judged: dict[str, Judged] = {}
     with one_thread():
         for name in dict.fromkeys((network, *(rival for rival in rivals if rival in FITS))):
@@ -160,6 +179,53 @@ def train(
         errors["joint-profiles"] = profile_errors(problem, threads)
     found = _result(network, problem, judged, errors, threads)
     return replace(found, notes=[*options.notes, *found.notes])
+
+
+def _transferred(network: str, moved: Transfer, data: Dataset, why: str = "") -> TrainingResult:
+    """The prior in force; or, where it does not gain, the arm's model as it was, and why nothing is trained."""
+    problem, errors = moved.problem, moved.errors
+    used = moved.used if moved.helps else ALONE
+    scores, turn_scores = _scores(problem, errors)
+    sizes = _sizes(scores, turn_scores)
+    if moved.helps:
+        what = "the prior, and what this arm differs by" if moved.used == SHIFTED else "the prior as it is"
+        verdict = f"{what}: held-out mean error {sizes[used]}, {sizes[ALONE]} with this arm's model alone"
+        verdict += f", {sizes[NOTHING]} with a Gaussian process from nothing"
+    else:
+        verdict = f"the prior is not used: held-out mean error {sizes[PRIOR]} with it, {sizes[ALONE]} without; {why}"
+    model = problem.robot
+    correction = moved.model.correction if moved.helps else None
+    if correction is not None:
+        record = {"rows": len(problem), "held_out_mm": scores[used], "model_mm": scores[ALONE], "verdict": verdict}
+        model = moved.model.with_(correction=replace(correction, record=record))
+    return TrainingResult(
+        model=model,
+        asked=network,
+        used=used,
+        verdict=verdict,
+        scores=scores,
+        coverage=moved.coverage if moved.helps else None,
+        regions=_regions(problem, errors[used]),
+        rows=len(problem),
+        left_out=np.flatnonzero(~np.isfinite(np.asarray(data.position)).all(axis=1)).tolist(),
+        gross=0,
+        limit=None if correction is None else correction.limit,
+        turn_limit=None if correction is None else correction.turn_limit,
+        turn_scores=turn_scores,
+    )
+
+
+def _scores(problem: Problem, errors: dict[str, FloatArray]) -> tuple[Scores, Scores]:
+    """Of points in mm and of turns in degrees; the latter empty where none was measured."""
+    turned = problem.measured[:, 3:].any(axis=1)
+    turns = {name: turns_deg(left[turned, 3:]) for name, left in errors.items()} if problem.has_turns else {}
+    return {name: lengths_mm(left[:, :3]) for name, left in errors.items()}, turns
+
+
+def _sizes(scores: Scores, turn_scores: Scores) -> dict[str, str]:
+    """The mean errors in words."""
+    turns = {name: f" and {turn['mean']:.4f} deg" for name, turn in turn_scores.items()}
+    return {name: f"{score['mean']:.4f} mm{turns.get(name, '')}" for name, score in scores.items()}
 
 
 def _experts(name: str, problem: Problem, options: Options) -> list[list[Expert]]:
@@ -184,16 +250,25 @@ def _without_some(problem: Problem, own: IntArray, random: np.random.Generator) 
 def _result(
     network: str, problem: Problem, judged: dict[str, Judged], errors: dict[str, FloatArray], threads: int
 ) -> TrainingResult:
-    scores = {name: lengths_mm(left) for name, left in errors.items()}
-    means = {name: score["mean"] for name, score in scores.items()}
+    scores, turn_scores = _scores(problem, errors)
+    means = {name: float(problem.lengths(left).mean()) for name, left in errors.items()}
     # Of equals the first: the network before its rivals.
-    better = [name for name in errors if name != ALONE and _is_clearly_better(problem, errors[name])]
+    kinds = (scores, turn_scores)
+    better = [
+        name
+        for name in errors
+        if name != ALONE
+        and _is_clearly_better(problem, errors[name])
+        and all(kind[name]["mean"] <= kind[ALONE]["mean"] for kind in kinds if kind)
+    ]
     used = min(better, key=lambda name: means[name], default=ALONE)
-    verdict = _verdict(network, used, means)
+    verdict = _verdict(network, used, means, _sizes(scores, turn_scores))
     best = judged.get(used)
     model = problem.robot
     if best is not None:
         record = {"rows": len(problem), "held_out_mm": scores[used], "model_mm": scores[ALONE], "verdict": verdict}
+        if turn_scores:
+            record |= {"held_out_deg": turn_scores[used], "model_deg": turn_scores[ALONE]}
         correction = replace(best.correction, record=record)
         model = model.with_(correction=correction)
     elif used == "joint-profiles":
@@ -218,6 +293,8 @@ def _result(
         left_out=problem.left_out.tolist(),
         gross=problem.gross,
         limit=None if best is None else best.correction.limit,
+        turn_limit=None if best is None else best.correction.turn_limit,
+        turn_scores=turn_scores,
         notes=notes,
     )
 
@@ -233,28 +310,26 @@ def _gaps(guard: Guard) -> list[str]:
     ]
 
 
-def _verdict(network: str, used: str, means: dict[str, float]) -> str:
-    result = f"held-out mean error {means[used]:.4f} mm with {used}"
+def _verdict(network: str, used: str, means: dict[str, float], sizes: dict[str, str]) -> str:
+    result = f"held-out mean error {sizes[used]} with {used}"
     if used == network:
-        rival = min(means[name] for name in means if name not in (network, ALONE)) if len(means) > 2 else None
-        beaten = "" if rival is None else f" and {rival:.4f} mm with the best rival"
-        return f"{network} is used: {result}, {means[ALONE]:.4f} mm with the model alone{beaten}"
+        rivals = [name for name in means if name not in (network, ALONE)]
+        beaten = f" and {sizes[min(rivals, key=lambda name: means[name])]} with the best rival" if rivals else ""
+        return f"{network} is used: {result}, {sizes[ALONE]} with the model alone{beaten}"
     if used == ALONE:
-        return f"{network} is not used, nor any rival: {result} alone, {means[network]:.4f} mm with {network}"
-    return f"{network} is not used, but {used}: {result}, {means[network]:.4f} mm with {network}"
+        return f"{network} is not used, nor any rival: {result} alone, {sizes[network]} with {network}"
+    return f"{network} is not used, but {used}: {result}, {sizes[network]} with {network}"
 
 
 def _is_clearly_better(problem: Problem, errors: FloatArray) -> bool:
     """Is the mean gain over the regions more than MIN_GAIN standard errors?"""
-    gain = np.linalg.norm(problem.residuals, axis=1) - np.linalg.norm(errors, axis=1)
+    gain = problem.lengths(problem.residuals) - problem.lengths(errors)
     counts = np.bincount(problem.regions)
     means = np.bincount(problem.regions, gain) / counts
     return bool(means.mean() > MIN_GAIN * means.std(ddof=1) / np.sqrt(len(means)))
 
 
 def _regions(problem: Problem, errors: FloatArray) -> dict[str, float]:
-    before, after = (
-        np.bincount(problem.regions, np.linalg.norm(values, axis=1)) for values in (problem.residuals, errors)
-    )
+    before, after = (np.bincount(problem.regions, problem.lengths(values)) for values in (problem.residuals, errors))
     ratio = after / np.maximum(before, 1e-12)
     return {"count": len(ratio), "worse": int(np.sum(ratio > WORSE)), "worst_ratio": float(ratio.max())}

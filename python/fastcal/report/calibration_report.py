@@ -37,7 +37,8 @@ Array = NDArray[np.float64]
 
 def _methods() -> dict[str, str]:
     return {
-        "nls": _("nonlinear least squares (Newton's steps, then a trust region)"),
+        "nls": _("nonlinear least squares (Newton's steps first, Ceres' trust region where one is refused)"),
+        "ceres": _("nonlinear least squares (Ceres' trust region alone)"),
         "bfgs": _("BFGS with line search on the root of the mean squared distance"),
         "bfgs_mean_distance": _("BFGS with line search on the mean distance"),
     }

@@ -11,35 +11,76 @@ from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
-from fastcal.report.formatting import significant
+from fastcal.report.formatting import plural, significant
+from fastcal.report.language import _, in_language
 from fastcal.report.tables import Column, Group, Table, number_cell
+from fastcal.report.words import Remark, Verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
     from fastcal.acceptance.path_figures import PathFigures
 
 FILES = ("path.json", "report.html")
+STANDARD_RUNS = 10  # ISO 9283: cycles of a path
 
 
-def write_measured_path(found: PathFigures, robot_name: str, folder: str | os.PathLike[str]) -> None:
+def write_measured_path(
+    found: PathFigures, robot_name: str, folder: str | os.PathLike[str], *, language: str = "en"
+) -> None:
     """Writes path.json and report.html into a folder, both or none."""
     with atomic_folder(folder, owned=FILES) as place:
         write_json(place / "path.json", found.to_json_dict())
-        (place / "report.html").write_text(measured_path_page(found, robot_name), encoding="utf-8")
+        (place / "report.html").write_text(measured_path_page(found, robot_name, language), encoding="utf-8")
 
 
-def measured_path_page(found: PathFigures, robot_name: str) -> str:
+def measured_path_page(found: PathFigures, robot_name: str, language: str = "en") -> str:
     """The HTML text of the page."""
-    return page.render(
-        "measured_path.html",
-        title=f"Measured path of {robot_name}",
-        robot_name=robot_name,
-        simulated=False,
-        runs=found.runs,
-        length=f"{significant(from_si(found.length, 'mm'), 4)} mm",
-        table=_table(found),
-        drawing=_figure(found),
+    with in_language(language):
+        return page.render(
+            "measured_path.html",
+            title=_("Measured path of {robot}", robot=robot_name),
+            robot_name=robot_name,
+            simulated=False,
+            runs=plural(found.runs, _("run"), _("runs")),
+            length=f"{significant(from_si(found.length, 'mm'), 4)} mm",
+            verdict=_verdict(found),
+            tiles=_tiles(found),
+            table=_table(found),
+            drawing=_figure(found),
+        )
+
+
+def _verdict(found: PathFigures) -> Verdict:
+    """Where the path is farthest off, and what the standard asks that is not there; no limit is judged."""
+    content = found.to_json_dict()
+    at, rt, at_place, rt_place = (significant(content[key], 4) for key in ("AT_mm", "RT_mm", "AT_at_mm", "RT_at_mm"))
+    headline = _("The mean path is up to {at} mm from the commanded one, {place} mm along it.", at=at, place=at_place)
+    remarks = [
+        Remark(
+            _("Runs repeat each other within {rt} mm, worst {place} mm along.", rt=rt, place=rt_place),
+            False,
+            "accuracy",
+        )
+    ]
+    if found.corners:
+        worst = max(found.corners, key=lambda each: each.rounding)
+        rounding = significant(from_si(worst.rounding, "mm"), 4)
+        text = _("Corner {corner} is rounded most, by {rounding} mm.", corner=worst.corner, rounding=rounding)
+        remarks.append(Remark(text, False, "accuracy"))
+    if found.runs < STANDARD_RUNS:
+        text = _("ISO 9283 asks for {standard} runs; these are {runs}.", standard=STANDARD_RUNS, runs=found.runs)
+        remarks.append(Remark(text, True, "accuracy"))
+    return Verdict("caution", _("Not judged"), headline, remarks)
+
+
+def _tiles(found: PathFigures) -> list[tuple[str, str, str]]:
+    named = (
+        (_("Path accuracy AT"), found.accuracy.max()),
+        (_("Path repeatability RT"), found.repeatability.max()),
+        (_("Rounding CR, largest"), max((each.rounding for each in found.corners), default=None)),
+        (_("Overshoot CO, largest"), max((each.overshoot for each in found.corners), default=None)),
     )
+    return [(name, significant(from_si(float(value), "mm"), 4), "mm") for name, value in named if value is not None]
 
 
 def _table(found: PathFigures) -> Table:
@@ -47,23 +88,27 @@ def _table(found: PathFigures) -> Table:
     names = [("AT (mm)", "AT_mm"), ("RT (mm)", "RT_mm")]
     if found.turn_accuracy is not None:
         names += [
-            (f"{symbol} about {axis} (deg)", f"{symbol}_r{axis}_deg") for symbol in ("AT", "RT") for axis in "xyz"
+            (_("{symbol} about {axis} (deg)", symbol=symbol, axis=axis), f"{symbol}_r{axis}_deg")
+            for symbol in ("AT", "RT")
+            for axis in "xyz"
         ]
     values = [(name, float(content[key])) for name, key in names]
     for each in found.corners:
-        values.append((f"CR, corner {each.corner} (mm)", float(from_si(each.rounding, "mm"))))
-        values.append((f"CO, corner {each.corner} (mm)", float(from_si(each.overshoot, "mm"))))
+        for symbol, value in (("CR", each.rounding), ("CO", each.overshoot)):
+            name = _("{symbol}, corner {corner} (mm)", symbol=symbol, corner=each.corner)
+            values.append((name, float(from_si(value, "mm"))))
     rows = [[number_cell(name, None), number_cell(significant(value, 4), value)] for name, value in values]
-    return Table("Figures of ISO 9283.", [Column("figure", numeric=False), Column("value")], [Group(rows)])
+    return Table(_("Figures of ISO 9283."), [Column(_("figure"), numeric=False), Column(_("value"))], [Group(rows)])
 
 
 def _figure(found: PathFigures) -> Figure:
     along = from_si(found.along, "mm")
-    key = [Key("accuracy |m - c|", figures.BEFORE, "dash"), Key("repeatability l + 3 S", figures.AFTER, "solid")]
+    key = [Key(_("accuracy |m - c|"), figures.BEFORE, "dash"), Key(_("repeatability l + 3 S"), figures.AFTER, "solid")]
+    hover = _("%{{y:.4g}} mm at %{{x:.5g}} mm")
     traces = [
-        figures.line(along, from_si(values, "mm"), entry.colour, entry.mark, hover="%{y:.4g} mm at %{x:.5g} mm")
+        figures.line(along, from_si(values, "mm"), entry.colour, entry.mark, hover=hover)
         for entry, values in zip(key, (found.accuracy, found.repeatability), strict=True)
     ]
-    drawn = figures.layout("along the path (mm)", "mm")
-    alt = "Path accuracy and repeatability at each plane along the commanded path."
-    return Figure("measured-path", "Along the path", alt, traces, drawn, columns=6, height=380, key=key)
+    drawn = figures.layout(_("along the path (mm)"), "mm")
+    alt = _("Path accuracy and repeatability at each plane along the commanded path.")
+    return Figure("measured-path", _("Along the path"), alt, traces, drawn, columns=6, height=380, key=key)

@@ -50,6 +50,9 @@ def _(found: Prediction) -> pd.DataFrame:
     columns = _xyz(found.position) | dict(zip(("qw", "qx", "qy", "qz"), found.rotation.T, strict=True))
     sigmas = from_si(found.sigma_position, "mm").T
     columns |= dict(zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), sigmas, strict=True))
+    if found.sigma_rotation is not None:
+        turning = from_si(found.sigma_rotation, "deg").T
+        columns |= zip(("sigma_rx_deg", "sigma_ry_deg", "sigma_rz_deg"), turning, strict=True)
     if found.correction_weight is not None:
         columns["correction_weight"] = found.correction_weight
     return pd.DataFrame(columns).rename_axis("row")

@@ -34,6 +34,7 @@ from fastcal.robot.loops import Assembly, assemble, passive_joints
 from fastcal.robot.pendant import Pendant, pendant_of
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot_spec import Entry, Joint, RobotSpec, Spec, content, structured
+from fastcal.robot.se3 import rotations_by
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -341,28 +342,32 @@ class Robot(Shown):
     def correct(self, q: ArrayLike, payload: ArrayLike | None = None) -> Corrected:
         """What the trained correction adds at q (N, n) and payload [kg], one number or (N,); zero without a correction.
 
-        Displacement and sigma are along the axes of the measuring frame [m]; `forward` has the displacement in it.
+        Displacement, turn and sigmas are along the axes of the measuring frame [m, rad]; `forward` has both in it.
         """
         joints = np.atleast_2d(np.asarray(q, dtype=float))
         correction = self.correction
         if correction is None:
-            return Corrected(np.zeros((len(joints), 3)), np.zeros(len(joints)), np.zeros((len(joints), 3)))
+            none = np.zeros((len(joints), 3))
+            return Corrected(none, np.zeros(len(joints)), none, none, none)
         found = correction(self.inputs(joints, payload))
         R = self.T_world_base[:3, :3]
-        sigma = np.sqrt(found.sigma**2 @ (R**2).T)
-        return Corrected(found.displacement @ R.T, found.weight, sigma)
+        sigma, sigma_turn = (np.sqrt(own**2 @ (R**2).T) for own in (found.sigma, found.sigma_turn))
+        return Corrected(found.displacement @ R.T, found.weight, sigma, found.turn @ R.T, sigma_turn)
 
     def inputs(self, q: FloatArray, payload: ArrayLike | None = None) -> Inputs:
         """What a correction looks at; the joints' Jacobian is that of the rigid chain."""
         rigid = _core.ErrorModel(self.core, [], np.zeros(0))
         R = self.T_world_base[:3, :3]
-        J = R.T @ np.asarray(_core.joint_jacobian(rigid, _core.Samples(q), 1))[:, :3]
+        J = np.asarray(_core.joint_jacobian(rigid, _core.Samples(q), 1)).reshape(len(q), 2, 3, -1)
+        J = (R.T @ J).reshape(len(q), 6, -1)
         load = np.broadcast_to(np.asarray(0.0 if payload is None else payload, dtype=float), (len(q),))
         return Inputs(q, np.ascontiguousarray(load), J)
 
     def _with_correction(self, T: FloatArray, q: ArrayLike, payload: ArrayLike | None) -> FloatArray:
         if self.correction is not None:
-            T[:, :3, 3] += self.correct(q, payload).displacement
+            said = self.correct(q, payload)
+            T[:, :3, 3] += said.displacement
+            T[:, :3, :3] = rotations_by(said.turn) @ T[:, :3, :3]
         return T
 
     def parameter_jacobian(

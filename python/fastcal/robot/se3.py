@@ -9,6 +9,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal import _core
+
 Array = NDArray[np.float64]
 
 _LOCKED = 1e-14  # a cosine of the pitch that is rounding and nothing else
@@ -85,6 +87,20 @@ def screw_motion(omega: Array, v: Array, q: Array) -> Array:
     T[:, :3, 3] = (angle * np.eye(3) + cosine * W + (angle - sine) * (W @ W)) @ v
     T[:, 3, 3] = 1.0
     return T
+
+
+def rotations_by(turns: Array) -> Array:
+    """(N, 3, 3) of rotation vectors (N, 3) [rad]."""
+    return np.array([_core.exp_so3(turn) for turn in np.ascontiguousarray(turns)]).reshape(-1, 3, 3)
+
+
+def turns_from(R_from: Array, R_to: Array) -> Array:
+    """(N, 3) rotation vectors w [rad] with exp(w) R_from = R_to; NaN rows of either stay NaN."""
+    R = R_to @ R_from.transpose(0, 2, 1)
+    known = np.isfinite(R).all(axis=(1, 2))
+    turns = np.full((len(R), 3), np.nan)
+    turns[known] = np.array([_core.log_so3(np.ascontiguousarray(one)) for one in R[known]]).reshape(-1, 3)
+    return turns
 
 
 def turn_between(a: Array, b: Array, about: Array) -> Array:

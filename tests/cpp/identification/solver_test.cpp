@@ -116,6 +116,19 @@ TEST(Bfgs, FindsWhatLeastSquaresFinds) {
   }
 }
 
+TEST(TrustRegion, AloneFindsWhatNewtonsStepsFind) {
+  for (const What what : {What::kPositions, What::kPoses}) {
+    const Fixed s = fixed(8, what, 60);
+    const Solution newton = solve(s.problem(), s.model.start(), s.free, s.scale, {kTau, LossKind::kTukey}, {}, {});
+    const Solution ceres =
+        solve(s.problem(), s.model.start(), s.free, s.scale, {kTau, LossKind::kTukey}, {}, {Method::kTrustRegion, 100});
+    EXPECT_TRUE(newton.converged && ceres.converged) << ceres.message;
+    EXPECT_GT(ceres.iterations, 0);
+    EXPECT_LT((newton.theta - ceres.theta).cwiseAbs().maxCoeff(), 1e-8);
+    EXPECT_LT(test::rms_distance(s.model, s.samples, newton.theta, ceres.theta), 1e-9);
+  }
+}
+
 /// The cost that the PMC paper prints: the mean distance of the points [m].
 double mean_distance(const Fixed& s, const Eigen::VectorXd& theta) {
   RowEvaluator rows(s.model, theta);

@@ -201,7 +201,20 @@ def test_recorded_paths_give_their_accuracy_and_repeatability(fastcal, tmp_path:
     assert found["AT_rz_deg"] == pytest.approx(0, abs=1e-9)
     assert [corner["corner"] for corner in found["corners"]] == [2]
     assert found["length_mm"] == pytest.approx(400)
-    assert "Measured path" in (tmp_path / "out" / "report.html").read_text()
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Measured path" in page
+    assert "The mean path is up to 0.3000 mm from the commanded one" in page
+    assert "ISO 9283 asks for 10 runs; these are 4." in page
+    german = ["--path", tmp_path / "corners.csv", "--page-language", "de", "-o", tmp_path / "out"]
+    assert fastcal("accept", "ur5", *files, *german).code == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    for word in (
+        "Gemessene Bahn",
+        "Die mittlere Bahn liegt bis zu 0,3000 mm neben",
+        "Bahnwiederholgenauigkeit",
+        "4 Läufe",
+    ):
+        assert word in page
     (tmp_path / "points.csv").write_text("x_mm,y_mm,z_mm\n400,0,300\n600,0,300\n600,200,300\n")
     done = fastcal("accept", "ur5", *files, "--path", tmp_path / "points.csv", "-o", tmp_path / "out")
     assert done.code == 0, done.err
@@ -213,4 +226,4 @@ def test_recorded_paths_give_their_accuracy_and_repeatability(fastcal, tmp_path:
     assert "gap.csv: data row 1 holds no pose; expected the corners of the path" in said.err
     said = fastcal("accept", "ur5", files[0], "--path", tmp_path / "corners.csv", "-o", tmp_path / "other")
     assert said.code == 2
-    assert "at least 2 points and at least 2 runs of it" in said.err
+    assert "at least 2 points and at least 2 runs of it, got 3 points and 1 run" in said.err

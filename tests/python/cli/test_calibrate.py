@@ -215,7 +215,7 @@ def test_parameters_are_chosen_where_it_is_asked_for(demo, tmp_path, fastcal) ->
         "calibrate", demo / "robot.yaml", tmp_path / "few.csv", "--choose", "least", "--priors", "-o", "no"
     )
     assert refused.code == 2
-    assert "leave out --priors and --method" in refused.error
+    assert "leave out --priors, --method and --solver" in refused.error
 
 
 def test_progress_is_shown_on_a_terminal(demo, tmp_path) -> None:

@@ -152,14 +152,15 @@ def test_one_step_leaves_errors_of_second_order(arms) -> None:
 
 def test_a_trained_correction_is_compensated_too(arms) -> None:
     class Push:
-        """Half a millimetre along x of the base, and some more with joint 2."""
+        """Half a millimetre along x of the base, and some more with joint 2; half a milliradian about z, and so on."""
 
         joint_count = 6
 
         def __call__(self, inputs) -> Corrected:
             count = len(inputs.q)
             d = np.column_stack([5e-4 + 1e-3 * np.sin(inputs.q[:, 1]), np.zeros(count), 2e-4 * inputs.payload])
-            return Corrected(d, np.ones(count), np.full((count, 3), 1e-5))
+            sigma = np.full((count, 3), 1e-5)
+            return Corrected(d, np.ones(count), sigma, d[:, ::-1], sigma)
 
     nominal, real = arms("staubli_rx160l")
     model = fastcal.Robot(real.spec | {"correction": Push()})
@@ -168,7 +169,9 @@ def test_a_trained_correction_is_compensated_too(arms) -> None:
     found = fastcal.compensate(model, poses, q, nominal=nominal, payload=2.0)
     assert (found.status == "reached").all()
     np.testing.assert_allclose(model.forward(found.q, payload=2.0), poses, atol=3e-9)
-    assert np.abs(real.forward(found.q, payload=2.0) - poses).max() > 3e-4
+    off = np.abs(real.forward(found.q, payload=2.0) - poses)
+    assert off[:, :3, 3].max() > 3e-4
+    assert off[:, :3, :3].max() > 3e-4
     np.testing.assert_allclose(found.sigma, 1e-5)
 
 
@@ -183,7 +186,7 @@ def test_a_target_in_the_gap_of_a_correction_that_jumps_is_not_called_reached(ar
         def __call__(self, inputs) -> Corrected:
             d = np.zeros((len(inputs.q), 3))
             d[:, 1] = np.where(inputs.q[:, 0] > 0.3, 3e-4, 0.0)
-            return Corrected(d, np.ones(len(d)), np.zeros((len(d), 3)))
+            return Corrected(d, np.ones(len(d)), 0 * d, 0 * d, 0 * d)
 
     nominal, _ = arms("staubli_rx160l")
     model = fastcal.Robot(nominal.spec | {"correction": Step()})

@@ -310,8 +310,8 @@ def corrected(seed: int) -> fastcal.Robot:
     low, high = np.full(7, -3.0), np.full(7, 3.0)
     guard = Guard(low, high, np.ones(7), np.ones(6), rng.normal(size=(20, 13)), 50.0, 100.0)
     rows = Neighbours(Scaling(np.zeros(7), np.ones(7)), rng.normal(size=(20, 7)), 1e-3 * rng.normal(size=(20, 3)), 3)
-    uncertainty = Uncertainty(np.full(3, 1e-5), np.ones(3), np.full(3, 1e-4))
-    return fastcal.Robot(robot.spec | {"correction": Correction("knn", (rows,), guard, 0.01, uncertainty)})
+    uncertainty = Uncertainty(np.full(6, 1e-5), np.ones(6), np.full(6, 1e-4))
+    return fastcal.Robot(robot.spec | {"correction": Correction("knn", (rows,), guard, 0.01, 0.01, uncertainty)})
 
 
 def test_a_model_with_its_network_changes_as_a_whole(tmp_path: Path) -> None:

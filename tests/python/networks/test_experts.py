@@ -37,7 +37,7 @@ N, JOINTS = 40, 3
 def random_inputs(seed: int = 0) -> Inputs:
     random = np.random.default_rng(seed)
     return Inputs(
-        random.uniform(-1, 1, (N, JOINTS)), random.choice([0.0, 5.0], N), random.standard_normal((N, 3, JOINTS))
+        random.uniform(-1, 1, (N, JOINTS)), random.choice([0.0, 5.0], N), random.standard_normal((N, 6, JOINTS))
     )
 
 
@@ -162,7 +162,7 @@ def test_joint_errors_move_the_tool_through_the_jacobian() -> None:
     phases = Phases(np.ones(JOINTS), np.zeros(JOINTS), 0.0, 0.0)
     said = JointNetwork(phases, curves, 10.0, silent, 1e-4).displacement(inputs)
     error = 1e-4 * 0.7 * np.sin(3 * inputs.q[:, 1]) / 1.09
-    np.testing.assert_allclose(said, error[:, np.newaxis] * inputs.J_tool_q[:, :, 1], rtol=1e-12)
+    np.testing.assert_allclose(said, error[:, np.newaxis] * inputs.J_tool_q[:, :3, 1], rtol=1e-12)
 
 
 def test_a_column_that_never_varied_has_no_influence() -> None:
@@ -179,7 +179,7 @@ def test_the_fade_is_smooth_between_one_and_zero() -> None:
 
 def test_turning_joints_are_near_across_the_half_turn_and_slides_are_not() -> None:
     q = np.array([[np.pi - 0.01, 0.0], [-np.pi + 0.01, 1.0]])
-    inputs = Inputs(q, np.zeros(2), np.zeros((2, 3, 2)))
+    inputs = Inputs(q, np.zeros(2), np.zeros((2, 6, 2)))
     low, high, turning = np.array([-4.0, 0.0, 0.0]), np.array([4.0, 1.0, 0.0]), np.array([1.0, 0.0])
     first, second = coordinates(inputs, low, high, turning)
     assert np.linalg.norm((first - second)[[0, 2]]) == pytest.approx(0.02, rel=1e-3)
@@ -190,7 +190,7 @@ def test_turning_joints_are_near_across_the_half_turn_and_slides_are_not() -> No
 def test_the_weight_falls_on_both_sides_of_what_was_trained() -> None:
     """One joint from -1 to 1, margins of 0.2: half a margin beyond either end the weight is one half."""
     q = np.array([[-1.2], [-1.1], [-1.0], [0.0], [1.0], [1.1], [1.2]])
-    inputs = Inputs(q, np.zeros(7), np.zeros((7, 3, 1)))
+    inputs = Inputs(q, np.zeros(7), np.zeros((7, 6, 1)))
     low, high, turning = np.array([-1.0, 0.0]), np.array([1.0, 0.0]), np.ones(1)
     rows = coordinates(inputs, low, high, turning)
     guard = Guard(low, high, np.array([0.2, 0.1]), turning, rows, 50.0, 100.0)
@@ -206,7 +206,7 @@ def test_between_the_levels_of_a_grid_nothing_is_added(kind: str) -> None:
     low, high = np.array([levels[0], 0.0]), np.array([levels[-1], 0.0])
 
     def at(positions: FloatArray) -> Inputs:
-        return Inputs(positions[:, np.newaxis], np.zeros(len(positions)), np.zeros((len(positions), 3, 1)))
+        return Inputs(positions[:, np.newaxis], np.zeros(len(positions)), np.zeros((len(positions), 6, 1)))
 
     grid = coordinates(at(np.repeat(levels, 25)), low, high, turning)
     guard = Guard(low, high, np.array([0.1, 0.1]), turning, grid, 50.0, 100.0)
@@ -233,7 +233,7 @@ def test_limit_and_spread() -> None:
 def test_the_uncertainty_covers_nine_of_ten_whatever_the_spread_is_worth() -> None:
     random = np.random.default_rng(3)
     errors = random.standard_normal((4000, 3)) * [1e-4, 2e-4, 3e-4]
-    for apart in (np.zeros((4000, 3)), np.full((4000, 3), 5e-5), np.abs(random.standard_normal((4000, 3))) * 1e-3):
+    for apart in (np.zeros((4000, 6)), np.full((4000, 6), 5e-5), np.abs(random.standard_normal((4000, 6))) * 1e-3):
         found = Uncertainty.fitted(errors, apart, errors)
-        inside = np.abs(errors) <= 1.6448536 * found.sigma(apart, np.ones(4000))
+        inside = np.abs(errors) <= 1.6448536 * found.sigma(apart, np.ones(4000))[:, :3]
         np.testing.assert_allclose(inside.mean(axis=0), 0.9, atol=0.002)

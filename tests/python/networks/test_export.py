@@ -10,7 +10,7 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from fastcal.correction.correction import limited  # noqa: E402 - torch first, or the file is skipped
+from fastcal.correction.correction import limited_twist  # noqa: E402 - torch first, or the file is skipped
 from fastcal.errors import InvalidInput  # noqa: E402
 from fastcal.measurements.dataset import Dataset  # noqa: E402
 from fastcal.networks import TrainingResult, train  # noqa: E402
@@ -28,8 +28,8 @@ def meant(model: Robot, unseen: Dataset) -> tuple[list[np.ndarray], np.ndarray]:
     correction = model.correction
     assert correction is not None
     inputs = model.inputs(unseen.q, unseen.payload)
-    said = np.mean([member.displacement(inputs) for member in correction.members], axis=0)
-    return [inputs.q, inputs.payload, inputs.J_tool_q], limited(said, correction.limit)
+    said = np.mean([member.twist(inputs) for member in correction.members], axis=0)
+    return [inputs.q, inputs.payload, inputs.J_tool_q], limited_twist(said, correction.limit, correction.turn_limit)
 
 
 @pytest.mark.filterwarnings("ignore:.*torch.jit:DeprecationWarning")
