@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Ways from the world to a target, each a serial arm: what one arm's commands say of a cell of several.
+
+A target on the flange of an arm is moved by that arm and by all that this stands on, and by nothing else: joints that
+several ways have in common are judged by the readings of each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from fastcal.cells.cell import Arm, Cell, Point
+from fastcal.conversion.joined import joined
+from fastcal.errors import InvalidInput
+from fastcal.place import Place, joint_position, place_of
+from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import Spec
+
+_OF_THE_LAST = ("robot", "payload", "structure")  # owners that are the arm's that carries the target
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """The arms between the world and a target, from the ground on.
+
+    Attributes:
+        target: That is read, and stands on the last arm's flange.
+        record: The `calibration` block that a model keeps of the way; None: none.
+    """
+
+    target: Point
+    arms: tuple[Arm, ...]
+    record: Spec | None = None
+
+    @property
+    def name(self) -> str:
+        """That of its target."""
+        return self.target.name
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The way as one serial arm whose tool is the target. InvalidInput where an arm cannot be a part of one."""
+        whole = Robot(joined([arm.robot.spec for arm in self.arms], self.arms[-1].name))
+        return whole.with_(tool=self.target.place, calibration=self.record)
+
+    @cached_property
+    def joints(self) -> list[tuple[Arm, int]]:
+        """The arm of each joint, and its place there from 0."""
+        return [(arm, i) for arm in self.arms for i in range(arm.robot.joint_count)]
+
+    def owner(self, name: str) -> str:
+        """An owner of `robot` as the cell calls it: joint5 is left.joint3, tool the target."""
+        first, arrow, source = name.partition("<-")
+        if arrow:
+            return f"{self.owner(first)}<-{self.owner(source)}"
+        place = place_of(name)
+        if place.kind in ("joint", "link") and 0 < place.number <= len(self.joints):
+            arm, index = self.joints[place.index]
+            return str(Place(arm.name, place.kind, index + 1))
+        if name == "base":
+            return f"{self.arms[0].name}.base"
+        if name == "tool":
+            return self.name
+        return f"{self.arms[-1].name}.{name}" if name in _OF_THE_LAST else name
+
+    def column(self, name: str) -> str:
+        """What something depends on as the cell calls it: q5 is left.q3."""
+        own = {joint_position(i): f"{arm.name}.{joint_position(j)}" for i, (arm, j) in enumerate(self.joints)}
+        return own.get(name, name)
+
+    @cached_property
+    def titles(self) -> dict[str, str]:
+        """Names, without unit, of the cell's columns of positions, and what `robot` calls them."""
+        return {
+            title: joint_position(k) for k, (arm, index) in enumerate(self.joints) for title in arm.joint_columns[index]
+        }
+
+
+def ways_of(cell: Cell, views: list[str], records: Mapping[str, Spec] | None = None) -> list[Way]:
+    """The ways to all targets that were read from the world, in the order of the readings.
+
+    Args:
+        cell: The cell.
+        views: TARGET or TARGET:SENSOR of what was read.
+        records: `calibration` blocks by target.
+
+    Raises:
+        InvalidInput: Nothing was read of a target that an arm carries on its flange from the world.
+    """
+    arms = {arm.flange: arm for arm in cell.arms}
+    points = {of.name: of for of in cell.points}
+    out = []
+    for view in views:
+        target = points.get(view)
+        if target is None or target.on not in arms:
+            continue
+        chain = [arms[target.on]]
+        while chain[0].on in arms:
+            chain.insert(0, arms[chain[0].on])
+        if chain[0].on == "world" and not any(arm.of_poses for arm in chain):
+            out.append(Way(target, tuple(chain), (records or {}).get(view)))
+    if not out:
+        read = ", ".join(views) or "nothing"
+        raise InvalidInput(
+            f"expected readings from the world of targets on arms' flanges, such as x_mm@TARGET, got {read}: causes "
+            "are looked for in one way from the world to a target after the other"
+        )
+    return out
