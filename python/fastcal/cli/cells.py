@@ -30,8 +30,8 @@ def calibrate_cell(
 ) -> None:
     """Identifies all arms of a cell and where its members stand.
 
-    `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `given`: options of `fastcal
-    calibrate` that a cell does not take, and what they are where they were not given.
+    `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `given`: options of
+    `fastcal calibrate` that a cell does not take, and what they are where they were not given.
     """
     from fastcal.cells.calibrate import calibrate_cell as calibrated
     from fastcal.cells.cameras import cell_hand_eyes

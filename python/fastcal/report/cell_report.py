@@ -135,7 +135,7 @@ def _view_table(found: CellResult) -> Table:
                 Cell(f"{kind} ({unit_text(of.kind.unit)})"),
                 Cell(target),
                 Cell(sensor or "world"),
-                _number(None if after is None else float(after.count)),
+                number_cell("" if after is None else str(after.count), None if after is None else float(after.count)),
                 *(_number(None if size is None else of.kind.shown(size)) for size in sizes),
             ]
         )

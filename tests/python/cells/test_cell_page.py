@@ -34,6 +34,10 @@ def test_errors_and_places_of_two_arms(tmp_path: Path) -> None:
     assert set(places) == {"column", "left", "right", "smr_left", "smr_right"}
     assert places["smr_left"]["on"] == "left.link6"
     assert any(std for std in places["smr_left"]["std_mm"])
+    # All that stands on the column could turn about its joint against it: where no reading tells, places stay put.
+    assert result["held"]
+    assert abs(places["column"]["rpy_deg"][2]) < 3
+    assert places["left"]["xyz_mm"] == pytest.approx([0, 200, 100], abs=20)
     for text in ("Where everything stands", "smr_left", "smr_right", "Arm left", "Arm right", "left.joint", "Noise"):
         assert text in page
 
