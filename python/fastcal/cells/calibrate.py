@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -22,6 +22,7 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.placements import Placement, placements
 from fastcal.cells.readings import Readings
+from fastcal.cells.records import way_records
 from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
 from fastcal.cells.start import started
 from fastcal.effects.entries import edge_name, edge_unit, full_name
@@ -138,6 +139,7 @@ def calibrate_cell(
     found = _identified(start, readings, asked, places, sizes, loss, threads)
     measured = readings.measured(start)
     model = _there(start, measured, found)
+    model = replace(model, records=way_records(model, readings, threads))
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
     before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))

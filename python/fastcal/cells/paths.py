@@ -8,13 +8,19 @@ several ways have in common are judged by the readings of each.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
+
+import numpy as np
 
 from fastcal.cells.cell import Arm, Cell, Point
+from fastcal.cells.readings import Readings
 from fastcal.conversion.joined import joined
 from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, joint_position, place_of
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Spec
@@ -71,6 +77,22 @@ class Way:
         own = {joint_position(i): f"{arm.name}.{joint_position(j)}" for i, (arm, j) in enumerate(self.joints)}
         return own.get(name, name)
 
+    def words(self, text: str) -> str:
+        """A sentence or label of `robot` with the cell's names: "joint5 zero" is "left.joint3 zero"."""
+
+        def named(found: re.Match[str]) -> str:
+            return self.owner(found[1] + found[2]) if int(found[2]) <= len(self.joints) else found[0]
+
+        return re.sub(r"\b(joint|link)[ \N{NO-BREAK SPACE}]?(\d+)\b", named, text)
+
+    def rows(self, cell: Cell, readings: Readings) -> Dataset:
+        """The postures of a cell as the way's own: its joints, and what was read of its target."""
+        names = [titles[0] for titles in cell.joint_columns]
+        own = [names.index(arm.joint_columns[index][0]) for arm, index in self.joints]
+        fields = ("position", "rotation", "sigma_position", "sigma_rotation")
+        given: dict[str, Any] = {field: readings.tables.get(f"{field}@{self.name}") for field in fields}
+        return Dataset.from_arrays(np.ascontiguousarray(readings.q[:, own]), source=readings.source, **given)
+
     @cached_property
     def titles(self) -> dict[str, str]:
         """Names, without unit, of the cell's columns of positions, and what `robot` calls them."""
@@ -79,17 +101,27 @@ class Way:
         }
 
 
-def ways_of(cell: Cell, views: list[str], records: Mapping[str, Spec] | None = None) -> list[Way]:
+def ways_of(cell: Cell, views: Sequence[str]) -> list[Way]:
     """The ways to all targets that were read from the world, in the order of the readings.
 
     Args:
         cell: The cell.
         views: TARGET or TARGET:SENSOR of what was read.
-        records: `calibration` blocks by target.
 
     Raises:
         InvalidInput: Nothing was read of a target that an arm carries on its flange from the world.
     """
+    if out := possible_ways(cell, views):
+        return out
+    read = ", ".join(views) or "nothing"
+    raise InvalidInput(
+        f"expected readings from the world of targets on arms' flanges, such as x_mm@TARGET, got {read}: one way from "
+        "the world to a target is looked at after the other"
+    )
+
+
+def possible_ways(cell: Cell, views: Sequence[str]) -> list[Way]:
+    """`ways_of`, none where there are none."""
     arms = {arm.flange: arm for arm in cell.arms}
     points = {of.name: of for of in cell.points}
     out = []
@@ -101,11 +133,5 @@ def ways_of(cell: Cell, views: list[str], records: Mapping[str, Spec] | None = N
         while chain[0].on in arms:
             chain.insert(0, arms[chain[0].on])
         if chain[0].on == "world" and not any(arm.of_poses for arm in chain):
-            out.append(Way(target, tuple(chain), (records or {}).get(view)))
-    if not out:
-        read = ", ".join(views) or "nothing"
-        raise InvalidInput(
-            f"expected readings from the world of targets on arms' flanges, such as x_mm@TARGET, got {read}: causes "
-            "are looked for in one way from the world to a target after the other"
-        )
+            out.append(Way(target, tuple(chain), cell.records.get(view)))
     return out

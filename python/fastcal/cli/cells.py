@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fastcal.cli.console import NOT_CONVERGED, emit, fail, progress, say, warn
+from fastcal.cli.console import CANNOT_TELL, CHANGED, NOT_CONVERGED, emit, fail, progress, say, warn
 
 if TYPE_CHECKING:
     from fastcal.calibration.kind_errors import KindErrors
@@ -129,6 +129,47 @@ def diagnose_cell(
     emit(found.to_json_dict())
     if found.rises:
         raise typer.Exit(NOT_CONVERGED)
+
+
+def check_cell(
+    model: str,
+    data: list[Path],
+    output: Path | None,
+    tolerance: float | None,
+    as_read: bool,
+    threads: int,
+    given: Mapping[str, Any],
+) -> None:
+    """Holds a cell against new postures; `given`: as for `calibrate_cell`."""
+    from fastcal.cells.check import check_cell as checked
+    from fastcal.cells.paths import ways_of
+    from fastcal.io.tree_file import load_cell
+    from fastcal.io.tree_readings import load_readings
+    from fastcal.io.way_readings import way_datasets
+    from fastcal.report.cell_check_report import write_cell_check
+
+    _refuse(given)
+    cell = load_cell(model)
+    readings = load_readings(_one(data), cell)
+    ways = ways_of(cell, readings.views)
+    rows = way_datasets(_one(data), ways)
+    with progress() as show:
+        show("checking")
+        pairs = list(zip(ways, rows, strict=True))
+        found = checked(cell, pairs, tolerance=tolerance, as_read=as_read, threads=threads)
+    if output is not None:
+        write_cell_check(found, output)
+    warn([*readings.notes, *(f"{each.way.name}: {note}" for each in found.ways for note in each.found.notes)])
+    say(found.sentence)
+    for each in found.ways:
+        main = each.found.main
+        rms, expected = main.kind.text(each.found.rms), main.kind.text(each.found.expected_rms)
+        say(f"{each.way.name}: {each.found.verdict.replace('_', ' ')}; RMS {rms}, expected {expected}")
+    emit(found.to_json_dict())
+    if found.verdict == "cannot_tell":
+        raise typer.Exit(CANNOT_TELL)
+    if found.verdict == "changed" or found.within_tolerance is False:
+        raise typer.Exit(CHANGED)
 
 
 def evaluate_cell(model: str, data: list[Path], corners: Path | None, output: Path | None) -> None:

@@ -5,14 +5,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fastcal.conversion import convert, poe_geometry
 from fastcal.conversion.chain import Chain, Spec, chain_of, frame_of
+from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
+from fastcal.place import place_of
 
-_ONE_ARM = ("coupling", "pendant", "effects", "structure", "compensator", "correction", "loops")
+_ONE_ARM = ("coupling", "pendant", "structure", "compensator", "correction", "loops")
 
 
 def joined(specs: Sequence[Spec], name: str) -> Spec:
@@ -36,8 +39,10 @@ def joined(specs: Sequence[Spec], name: str) -> Spec:
                 f"{spec['name']} has '{own}', which an arm that carries another or stands on one cannot bring along"
             )
     T = np.eye(4)
-    chains = []
+    chains: list[Chain] = []
+    effects: list[Spec] = []
     for i, spec in enumerate(specs):
+        effects += _counted_on(spec, sum(len(chain.revolute) for chain in chains))
         T = T @ frame_of(spec["base"]) if i else T
         chains.append(_moved(chain_of(spec), T))
         T = chains[-1].home
@@ -53,8 +58,22 @@ def joined(specs: Sequence[Spec], name: str) -> Spec:
     out: Spec = {"name": name, "kinematics": "poe", "joints": geometry.joints, **geometry.ends}
     out |= {"base": specs[0]["base"], "tool": last["tool"], "payload": last["payload"]}
     out |= {key: last[key] for key in ("wrench_frame", "equilibrium") if key in last}
-    out |= {"gravity_m_s2": last["gravity_m_s2"], "gravity_frame": "measuring", "effects": [], "structure": {}}
+    out |= {"gravity_m_s2": last["gravity_m_s2"], "gravity_frame": "measuring", "effects": effects, "structure": {}}
     return convert(out, last["kinematics"]).spec if last["kinematics"] in ("dh", "mdh") else out
+
+
+def _counted_on(spec: Spec, before: int) -> list[Spec]:
+    """The effects of an arm's joints, where so many joints come before its own."""
+    out = []
+    for effect in spec["effects"]:
+        place = place_of(effect["owner"])
+        if traits_of(effect["effect"]).refers_to != "axes" or place.kind != "joint" or not place.number:
+            raise InvalidInput(
+                f"{spec['name']} has {effect['effect']}@{effect['owner']}, which an arm that carries another or stands "
+                "on one cannot bring along"
+            )
+        out.append({**effect, "owner": str(replace(place, number=place.number + before))})
+    return out
 
 
 def _moved(chain: Chain, T: np.ndarray) -> Chain:
