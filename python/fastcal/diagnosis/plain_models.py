@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
+from fastcal.calibration.repeatability import posture_groups
 from fastcal.calibration.shrinkage import shrinkage
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
@@ -124,7 +125,7 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
 
 
 def _beats(one: Judged, other: Judged, errors: float) -> bool:
-    less, error = gain(one.squares, other.squares)
+    less, error = gain(one.squares, other.squares, posture_groups(one.model.fit.problem.data))
     return less > max(rules.MIN_PLAIN_SHARE, errors * error)
 
 

@@ -257,7 +257,9 @@ def each_fold_holds_out_a_fifth_and_every_visit_of_a_pose() -> None:
 @falls_with(MIN_PLAIN_SHARE=-1.0)
 def a_plain_model_must_do_clearly_better_than_what_was_found() -> None:
     found = 1.0 + 0.1 * np.random.default_rng(0).uniform(-1, 1, ROWS)
-    one = plain_models.Judged(mock.Mock(), found, is_plain=False)
+    model = mock.Mock()
+    model.fit.problem.data = Dataset.from_arrays(np.random.default_rng(1).uniform(-1, 1, (ROWS, 3)))
+    one = plain_models.Judged(model, found, is_plain=False)
     for share, better in ((0.1, True), (0.01, False)):
-        plain = plain_models.Judged(mock.Mock(), found * (1 - share), is_plain=True)
+        plain = plain_models.Judged(model, found * (1 - share), is_plain=True)
         assert plain_models._beats(plain, one, 1.0) is better
