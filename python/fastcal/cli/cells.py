@@ -212,6 +212,11 @@ def _one(data: list[Path]) -> Path:
     return data[0]
 
 
+def not_given(who: Mapping[str, str | None] | None) -> dict[str, tuple[Any, Any]]:
+    """`given` of who measured what, which results of cells do not keep."""
+    return {f"--{name}": (text, None) for name, text in (who or {}).items()}
+
+
 def _refuse(given: Mapping[str, Any]) -> None:
     from fastcal.errors import InvalidInput
 

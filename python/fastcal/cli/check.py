@@ -65,7 +65,7 @@ def check(
     The base is refitted, as the instrument stands elsewhere. Says what changed and by how much, or what to measure
     to find out.
     """
-    from fastcal.cli.cells import check_cell
+    from fastcal.cli.cells import check_cell, not_given
     from fastcal.errors import InvalidInput
     from fastcal.importers import load_measurements
     from fastcal.io.robot_file import load_robot
@@ -83,6 +83,8 @@ def check(
             "--files": (files, None),
             "--corners": (corners, None),
             "--tracker": (tracker, None),
+            "--page-language": (page_language, "en"),
+            **not_given(who),
         }
         check_cell(model, data or [], output, tolerance, as_read, threads, only_of_arms)
         return

@@ -42,7 +42,7 @@ def diagnose(
     The cause is named where the data single it out; else the page says which causes fit alike, or where the error is.
     """
     from fastcal import diagnosis
-    from fastcal.cli.cells import diagnose_cell
+    from fastcal.cli.cells import diagnose_cell, not_given
     from fastcal.importers.corners import load_seen
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
@@ -58,6 +58,7 @@ def diagnose(
             "--test-corners": (test_corners, None),
             "--mend": (mend, False),
             "--tracker": (tracker, None),
+            **not_given(who),
         }
         diagnose_cell(robot, data, output, test, exclude or [], sigma, as_read, threads, only_of_arms)
         return
