@@ -14,9 +14,10 @@ import fastcal
 from fastcal.errors import FastcalError
 from fastcal.importers.corners import load_seen
 from fastcal.io.robot_file import load_robot
-from fastcal.io.tree_file import load_cell
+from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.io.tree_readings import load_readings
 from fastcal.live.rows import Header
+from fastcal.robot.rig import board_corners
 
 CAMERA = """cell: one
 arms: {arm: {robot: ur5}}
@@ -36,6 +37,13 @@ sensors:
 targets:
   smr: {on: left, xyz_mm: [40, 10, 120]}
   tag: {on: right, xyz_mm: [0, 0, 30], rpy_deg: [0, 0, 45], sigma_mm: 1, sigma_deg: 1}
+cameras:
+  wrist: {on: left, size_px: [640, 480], focal_px: [600, 600], centre_px: [320, 240], fixed: true}
+boards:
+  plate: {on: right.link2, xyz_mm: [10, 0, 5], kind: circles, columns: 3, rows: 4, square_mm: 15}
+calibrations:
+  smr: {parameters: [joint2 a, tool x], covariance_root: [[1.0e-05], [0, 2.0e-05]], degrees_of_freedom: 90,
+        sigma_mm: null, noise: {position: {value: 0.02, unit: mm}}}
 """
 HEADER = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,sigma_mm,payload_kg"
 POSTURES = np.random.default_rng(3).uniform(-90, 90, (8, 12)).round(3)  # [deg], of two arms
@@ -93,7 +101,12 @@ def read_corners(path: Path) -> None:
 
 def read_arms(path: Path) -> None:
     """The cell and where all of its parameters stand."""
-    finite(load_cell(path).core.nominal)
+    cell = load_cell(path)
+    finite(cell.core.nominal, *map(board_corners, cell.boards.values()))
+    _ = cell.rig  # stands in the tree
+    text = cell_text(cell)
+    if ".inf" in text or ".nan" in text:
+        raise AssertionError("a number that is none was written")
 
 
 def read_readings(path: Path) -> None:

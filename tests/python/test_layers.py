@@ -57,7 +57,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "robot": {"_core", *ARM},
     "conversion": {*EDGE, "effects", "robot"},
     "calibration": {"_core", *ARM},
-    "cells": {"_core", *ARM, "calibration"},
+    "cells": {"_core", *ARM, "calibration", "conversion", "diagnosis", "monitoring"},
     "surrogate": {"_core", *ARM, "calibration"},
     "selection": {"_core", *ARM, "calibration"},
     "ik": {"_core", *ARM},
@@ -76,6 +76,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *ARM,
         *(
             "calibration",
+            "cells",
             "selection",
             "ik",
             "compensation",

@@ -22,8 +22,7 @@ from fastcal.camera.thumbnails import MOST_BYTES, small_jpeg
 from fastcal.errors import FastcalError, InvalidInput
 from fastcal.io.regular_file import read_bytes
 from fastcal.io.table import Table
-from fastcal.robot.rig import has_rig
-from fastcal.robot.robot import Robot
+from fastcal.robot.rig import Seeing, has_rig
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -98,7 +97,7 @@ class Detection:
 
 
 def detect(
-    robot: Robot,
+    cell: Seeing,
     given: Sequence[Path],
     *,
     poses: Table | None = None,
@@ -108,7 +107,7 @@ def detect(
     """Finds the boards of a cell in pictures.
 
     Args:
-        robot: With cameras and boards.
+        cell: With cameras and boards: the spec of an arm that has them, or a cell of several arms.
         given: Pictures, or folders of them.
         poses: The table of poses, one row a posture; None: names and numbers of the pictures say the rows.
         jobs: Processes; no result depends on it.
@@ -119,17 +118,17 @@ def detect(
             says which row it belongs to.
     """
     opencv()
-    if not has_rig(robot.description):
-        raise InvalidInput(f"{robot.name}: has no cameras or no boards; expected a cell file with both")
+    if not has_rig(cell):
+        raise InvalidInput(f"{cell.name}: has no cameras or no boards; expected a cell file with both")
     files = picture_files(given)
-    of = {path: camera_of(path, list(robot.description.cameras)) for path in files}
+    of = {path: camera_of(path, list(cell.cameras)) for path in files}
     joins: dict[str, Joined] = {}
     rows: dict[Path, int | None] = {}
-    for camera in robot.description.cameras:
+    for camera in cell.cameras:
         if own := [path for path in files if of[path] == camera]:
             joins[camera] = joined(own, poses)
             rows |= dict(zip(own, joins[camera].rows, strict=True))
-    work = partial(_looked_at, dict(robot.description.cameras), dict(robot.description.boards))
+    work = partial(_looked_at, dict(cell.cameras), dict(cell.boards))
     found = []
     with workers(min(jobs, len(files)), None) as side_by_side:
         for k, seen in enumerate(side_by_side.results(work, [(path, of[path], rows[path]) for path in files]), start=1):

@@ -17,6 +17,9 @@ from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
 
+WEAK = 10.0  # plausible sizes within which places are held where the geometry is: far more than a reading leaves open
+_OF_A_PLACE = 6
+
 
 def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
     """Indices of the parameters to identify: of what lies between a target and the frame that it is read from.
@@ -65,12 +68,15 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
     for branch in core.branches:
         known = cell.known(branch.name)
         first = branch.first_parameter
+        if sizes is not None:  # what no reading shows of a place must not wander to where the held geometry fits better
+            for i in range(first, first + _OF_A_PLACE):
+                sigma[i] = WEAK * parameters[i].sigma
         if known.sigma_mm is not None:
             sigma[first : first + 3] = to_si(known.sigma_mm, "mm")
         if known.sigma_deg is not None:
             sigma[first + 3 : first + 6] = to_si(known.sigma_deg, "deg")
         if sizes is not None and branch.joint_count:
-            for i in range(first + 6, first + branch.parameter_count - 6):
+            for i in range(first + _OF_A_PLACE, first + branch.parameter_count - 6):
                 sigma[i] = sizes * parameters[i].sigma
     chosen = np.zeros(len(mean), dtype=bool)
     chosen[asked] = True

@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,10 @@ from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
 from fastcal.calibration.unknowns import unknowns_found
 from fastcal.cells.asked import asked_parameters, priors
 from fastcal.cells.cell import Cell
-from fastcal.cells.errors import kind_errors, kinds_json
+from fastcal.cells.errors import kind_errors, kinds_json, view_errors
+from fastcal.cells.placements import Placement, placements
 from fastcal.cells.readings import Readings
+from fastcal.cells.records import way_records
 from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
 from fastcal.cells.start import started
 from fastcal.effects.entries import edge_name, edge_unit, full_name
@@ -45,6 +48,7 @@ class CellResult:
         status: converged, not_converged or too_few_equations.
         parameters: Identified numbers in edge units; owners carry the arm: `left.joint3`.
         train, test: Errors of each kind of reading, before and after.
+        views, test_views: Errors of each view, such as `position@smr:camera`, `corner@BOARD:CAMERA`.
         outliers: Rows whose error the noise does not explain.
     """
 
@@ -59,9 +63,16 @@ class CellResult:
     noise: dict[str, KindNoise]
     outliers: list[int]
     train: dict[str, KindErrors]
+    views: dict[str, KindErrors]
     test: dict[str, KindErrors] | None = None
+    test_views: dict[str, KindErrors] | None = None
     held: str = ""
     notes: list[str] = field(default_factory=list)
+
+    @cached_property
+    def placements(self) -> list[Placement]:
+        """Where all members stand."""
+        return placements(self.cell, self.parameters)
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of result.json."""
@@ -69,8 +80,11 @@ class CellResult:
             "status": self.status,
             "message": self.message,
             "kinds": kinds_json(self.train),
-            "train": {"kinds": kinds_json(self.train)},
-            "test": None if self.test is None else {"kinds": kinds_json(self.test)},
+            "train": {"kinds": kinds_json(self.train), "views": kinds_json(self.views)},
+            "test": None
+            if self.test is None or self.test_views is None
+            else {"kinds": kinds_json(self.test), "views": kinds_json(self.test_views)},
+            "placements": [of.to_json_dict() for of in self.placements],
             "parameters": [p.to_json_dict() for p in self.parameters],
             "rank": self.rank,
             "unidentifiable": [vars(u) for u in self.unidentifiable],
@@ -126,6 +140,7 @@ def calibrate_cell(
     found = _identified(start, used, asked, places, sizes, loss, threads)
     measured = used.measured(start)
     model = _there(start, measured, found)
+    model = replace(model, records=way_records(model, readings, threads))
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
     before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))
@@ -145,7 +160,9 @@ def calibrate_cell(
         noise=noise_by_kind(measured, found),
         outliers=sorted({*found.outliers, *wrong}),
         train=kind_errors(model, readings, before),
+        views=view_errors(model, readings, before),
         test=None if test is None else kind_errors(model, test, before),
+        test_views=None if test is None else view_errors(model, test, before),
         held=""
         if sizes is None
         else f"the geometry is held within {sizes:g} plausible sizes of what the files say, which predicts held-out "

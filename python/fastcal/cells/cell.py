@@ -103,6 +103,8 @@ class Cell:
 
     Attributes:
         cameras, boards: By their names, as a robot's spec has them; `on` names a frame of the tree.
+        records: Of each way from the world to a target how surely its numbers are known, by the target: a
+            `calibration` block as a robot's spec has it.
     """
 
     name: str
@@ -111,6 +113,7 @@ class Cell:
     distances: tuple[Distance, ...] = ()
     cameras: Mapping[str, Spec] = field(default_factory=dict)
     boards: Mapping[str, Spec] = field(default_factory=dict)
+    records: Mapping[str, Spec] = field(default_factory=dict)
 
     def arm(self, name: str) -> Arm:
         """The arm of this name."""

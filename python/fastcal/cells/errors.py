@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.kind_errors import KindErrors, table
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.measurements.kinds import Kind, of_observation
+from fastcal.robot.rig import pictures
 
 FloatArray = NDArray[np.float64]
 
@@ -30,18 +32,44 @@ def kind_errors(after: Cell, readings: Readings, before: Cell | None = None) -> 
     return table(_numbers(after, readings), None if before is None else _numbers(before, readings))
 
 
+def view_errors(after: Cell, readings: Readings, before: Cell | None = None) -> dict[str, KindErrors]:
+    """Predicted less measured of each view, such as `position@smr:camera`, and of each `corner@BOARD:CAMERA`.
+
+    Arguments as of `kind_errors`.
+    """
+    then = {} if before is None else _views(before, readings)
+    return {
+        name: KindErrors(kind, numbers, then[name][1] if name in then else None)
+        for name, (kind, numbers) in _views(after, readings).items()
+        if not np.isnan(numbers).all()
+    }
+
+
 def kinds_json(kinds: Mapping[str, KindErrors]) -> dict[str, Any]:
-    """The block `kinds` of a result: unit, count, before, after."""
+    """The blocks `kinds` and `views` of a result: unit, count, before, after."""
     return {name: of.to_json_dict() for name, of in kinds.items()}
 
 
 def _numbers(cell: Cell, readings: Readings) -> dict[Kind, FloatArray]:
     """(N, views, c) of each kind."""
+    found: dict[Kind, list[FloatArray]] = {}
+    for kind, part in _views(cell, readings).values():
+        found.setdefault(kind, []).append(part)
+    return {kind: np.concatenate(parts, axis=1) for kind, parts in found.items()}
+
+
+def _views(cell: Cell, readings: Readings) -> dict[str, tuple[Kind, FloatArray]]:
+    """Kind and numbers (N, readings, c) of each view; corners of each camera and board are one."""
     model, measured = cell.model, readings.measured(cell)
     as_it_is = np.append(np.asarray(model.start), np.zeros(len(measured.parameters)))
     r = np.asarray(_core.residuals(model, readings.samples(), measured, as_it_is))
-    found: dict[Kind, list[FloatArray]] = {}
+    out = {}
     for of in measured.observations:
         part = r[:, of.first_number : of.first_number + len(of.components)]
-        found.setdefault(of_observation(of), []).append(part.reshape(len(part), of.reading_count, -1))
-    return {kind: np.concatenate(parts, axis=1) for kind, parts in found.items()}
+        part, kind = part.reshape(len(part), of.reading_count, -1), of_observation(of)
+        if of.field != CORNERS:
+            out[of.name] = (kind, part)
+            continue
+        for (camera, board), corners in pictures(cell).items():
+            out[f"{kind.name}@{board}:{camera}"] = (kind, part[:, corners])
+    return out

@@ -100,7 +100,7 @@ def calibrate(
     from fastcal.units import to_si
 
     if is_cell(robot):
-        from fastcal.cli.cells import calibrate_cell
+        from fastcal.cli.cells import calibrate_cell, not_given
 
         only_of_arms: dict[str, tuple[Any, Any]] = {
             "--effects": (effects, "geometry"),
@@ -110,6 +110,8 @@ def calibrate(
             "--choose": (choose, None),
             "--limit-mm": (limit_mm, None),
             "--tracker": (tracker, None),
+            "--page-language": (page_language, "en"),
+            **not_given(who),
         }
         calibrate_cell(
             robot, data, output, test, (corners, test_corners), mend, loss, threads, only_of_arms, hand_eye or []

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What `fastcal calibrate` and `fastcal evaluate` do where ROBOT or MODEL is a cell of several arms."""
+"""What commands do where ROBOT or MODEL is a cell of several arms."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fastcal.cli.console import NOT_CONVERGED, emit, fail, progress, say, warn
+from fastcal.cli.console import CANNOT_TELL, CHANGED, NOT_CONVERGED, emit, fail, progress, say, warn
 
 if TYPE_CHECKING:
     from fastcal.calibration.kind_errors import KindErrors
-
-FILES = ("model.yaml", "result.json")
 
 
 def calibrate_cell(
@@ -30,21 +28,20 @@ def calibrate_cell(
     given: Mapping[str, Any],
     hand_eye: list[Path],
 ) -> None:
-    """Identifies all arms of a cell and where its members stand; model.yaml and result.json into `output`.
+    """Identifies all arms of a cell and where its members stand.
 
-    `corners`: of `data` and of `test`. `given`: options of `fastcal calibrate` that a cell does not take, and what they
-    are where they were not given.
+    `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `given`: options of
+    `fastcal calibrate` that a cell does not take, and what they are where they were not given.
     """
     from fastcal.cells.calibrate import calibrate_cell as calibrated
     from fastcal.cells.cameras import cell_hand_eyes
     from fastcal.cli.hand_eye import check_hand_eyes, write
     from fastcal.importers.corners import load_seen_readings
-    from fastcal.io.atomic import write_text
-    from fastcal.io.folder import atomic_folder, check_folder
-    from fastcal.io.results import write_json
-    from fastcal.io.tree_file import cell_text, load_cell
+    from fastcal.io.folder import check_folder
+    from fastcal.io.tree_file import load_cell
+    from fastcal.report.cell_report import CALIBRATION_FILES, write_cell_calibration
 
-    check_folder(output, FILES)
+    check_folder(output, CALIBRATION_FILES)
     check_hand_eyes(hand_eye)
     _refuse(given)
     nominal = load_cell(cell)
@@ -54,10 +51,8 @@ def calibrate_cell(
     other = None if test is None else load_seen_readings(test, nominal, corners[1])
     with progress() as show:
         found = calibrated(nominal, readings, test=other, mend=mend, loss=loss, threads=threads, progress=show)
-    with atomic_folder(output, FILES) as folder:
-        write_json(folder / "result.json", found.to_json_dict())
-        if found.parameters:
-            write_text(folder / "model.yaml", cell_text(found.cell, f"{found.cell.name}, identified by fastcal"))
+        show("writing the report")
+        write_cell_calibration(found, output)
     warn([*found.notes, *([found.held] if found.held else [])])
     say(
         f"{found.status.replace('_', ' ')}: {len(found.parameters)} parameters of "
@@ -69,11 +64,112 @@ def calibrate_cell(
         _say_kinds(found.test, "test: ")
     if hand_eye and found.parameters:
         write(cell_hand_eyes(found.cell, found.parameters), hand_eye)
-    say(str(output / "model.yaml"))
+    say(str(output / "report.html"))
     emit(found.to_json_dict())
     if found.status != "converged":
         fail(f"{found.status.replace('_', ' ')}: {found.message}; model.yaml is not to be relied on")
         raise typer.Exit(NOT_CONVERGED)
+
+
+def diagnose_cell(
+    cell: str,
+    data: list[Path],
+    output: Path,
+    test: Path | None,
+    exclude: list[str],
+    sigma: float | None,
+    as_read: bool,
+    threads: int,
+    given: Mapping[str, Any],
+) -> None:
+    """Finds what the arms of a cell are missing.
+
+    `output` gets model.yaml, diagnosis.json, report.html and a folder with each way's own page. `given`: as for
+    `calibrate_cell`.
+    """
+    from fastcal.cells.diagnose import diagnose_cell as diagnosed
+    from fastcal.cells.paths import ways_of
+    from fastcal.io.folder import check_folder
+    from fastcal.io.tree_file import load_cell
+    from fastcal.io.tree_readings import load_readings
+    from fastcal.io.way_readings import way_datasets
+    from fastcal.report.cell_report import DIAGNOSIS_FILES, write_cell_diagnosis
+
+    check_folder(output, DIAGNOSIS_FILES)
+    _refuse(given)
+    nominal = load_cell(cell)
+    readings = load_readings(_one(data), nominal)
+    ways = ways_of(nominal, readings.views)
+    rows = way_datasets(_one(data), ways)
+    others = [None] * len(ways) if test is None else way_datasets(test, ways)
+    with progress() as show:
+        found = diagnosed(
+            nominal,
+            readings,
+            list(zip(ways, rows, others, strict=True)),
+            exclude=exclude,
+            sigma=sigma,
+            as_read=as_read,
+            threads=threads,
+            progress=show,
+        )
+        show("writing the report")
+        write_cell_diagnosis(found, output)
+    warn([*readings.notes, *found.notes])
+    say(f"{nominal.name}: {found.verdict.replace('_', ' ')}")
+    say(found.sentence)
+    for of in found.effects:
+        also = "".join(f" or {effect}@{owner}" for effect, owner in of.finding.equivalents)
+        say(f"  {of.finding.grade}  {of.finding.label}{also}, seen by {', '.join(of.seen_by)}")
+    for each in found.ways:
+        gap = each.found.judged_gap
+        sizes = f"RMS {gap.sizes[0]:.4f} {gap.unit}, {gap.sizes[-1]:.4f} with all that was found"
+        say(f"{each.way.name}: {sizes} ({gap.on})")
+    say(str(output / "report.html"))
+    emit(found.to_json_dict())
+    if found.rises:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def check_cell(
+    model: str,
+    data: list[Path],
+    output: Path | None,
+    tolerance: float | None,
+    as_read: bool,
+    threads: int,
+    given: Mapping[str, Any],
+) -> None:
+    """Holds a cell against new postures; `given`: as for `calibrate_cell`."""
+    from fastcal.cells.check import check_cell as checked
+    from fastcal.cells.paths import ways_of
+    from fastcal.io.tree_file import load_cell
+    from fastcal.io.tree_readings import load_readings
+    from fastcal.io.way_readings import way_datasets
+    from fastcal.report.cell_check_report import write_cell_check
+
+    _refuse(given)
+    cell = load_cell(model)
+    readings = load_readings(_one(data), cell)
+    ways = ways_of(cell, readings.views)
+    rows = way_datasets(_one(data), ways)
+    with progress() as show:
+        show("checking")
+        pairs = list(zip(ways, rows, strict=True))
+        found = checked(cell, pairs, tolerance=tolerance, as_read=as_read, threads=threads)
+    if output is not None:
+        write_cell_check(found, output)
+    warn([*readings.notes, *(f"{each.way.name}: {note}" for each in found.ways for note in each.found.notes)])
+    say(found.sentence)
+    for each in found.ways:
+        main = each.found.main
+        rms, expected = main.kind.text(each.found.rms), main.kind.text(each.found.expected_rms)
+        say(f"{each.way.name}: {each.found.verdict.replace('_', ' ')}; RMS {rms}, expected {expected}")
+    emit(found.to_json_dict())
+    if found.verdict == "cannot_tell":
+        raise typer.Exit(CANNOT_TELL)
+    if found.verdict == "changed" or found.within_tolerance is False:
+        raise typer.Exit(CHANGED)
 
 
 def evaluate_cell(model: str, data: list[Path], corners: Path | None, output: Path | None) -> None:
@@ -116,9 +212,14 @@ def _one(data: list[Path]) -> Path:
     return data[0]
 
 
+def not_given(who: Mapping[str, str | None] | None) -> dict[str, tuple[Any, Any]]:
+    """`given` of who measured what, which results of cells do not keep."""
+    return {f"--{name}": (text, None) for name, text in (who or {}).items()}
+
+
 def _refuse(given: Mapping[str, Any]) -> None:
     from fastcal.errors import InvalidInput
 
     for option, (value, default) in given.items():
         if value != default:
-            raise InvalidInput(f"{option} is for one arm; a cell is identified without it")
+            raise InvalidInput(f"{option} is for one arm; a cell of several goes without it")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.console import CANNOT_TELL, CHANGED, emit, progress, say, warn
 from fastcal.cli.options import AsRead, BesideLanguage, Corners, DwellS, PageLanguage, SpeedPercent, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
@@ -17,8 +17,6 @@ from fastcal.cli.who import Who
 if TYPE_CHECKING:
     from fastcal.monitoring.result import CheckResult
     from fastcal.robot.robot import Robot
-
-CHANGED, CANNOT_TELL = 4, 3
 
 
 def check(
@@ -67,14 +65,29 @@ def check(
     The base is refitted, as the instrument stands elsewhere. Says what changed and by how much, or what to measure
     to find out.
     """
+    from fastcal.cli.cells import check_cell, not_given
     from fastcal.errors import InvalidInput
     from fastcal.importers import load_measurements
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
     from fastcal.monitoring.check import check as checked
     from fastcal.report.monitoring_files import write_check
     from fastcal.units import to_si
 
     tolerance = None if tolerance_mm is None else to_si(tolerance_mm, "mm")
+    if is_cell(model):
+        only_of_arms: dict[str, tuple[Any, Any]] = {
+            "--plan": (plan, None),
+            "--surroundings": (surroundings, None),
+            "--language": (language, None),
+            "--files": (files, None),
+            "--corners": (corners, None),
+            "--tracker": (tracker, None),
+            "--page-language": (page_language, "en"),
+            **not_given(who),
+        }
+        check_cell(model, data or [], output, tolerance, as_read, threads, only_of_arms)
+        return
     if Path(model).is_dir():
         _refuse_of_one_arm(model, data, plan, tracker)
         options = {"files": files, "tolerance": tolerance, "as_read": as_read, "who": who, "threads": threads}

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import typer
 
 NOT_CONVERGED = 3  # the exit code of a fit that is no answer
+CHANGED, CANNOT_TELL = 4, 3  # of a check
 LEFT = 5  # the exit code of --strict where a part of a program was left as not understood
 # What moves a terminal's cursor, colours it, names its window or turns the direction of writing.
 _CONTROL = re.compile("[\x00-\x08\x0a-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")

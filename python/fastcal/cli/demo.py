@@ -92,7 +92,7 @@ def _seen_by_a_camera(output: Path, seed: int, threads: int) -> None:
         nominal = load_robot(cell)
         for name in ("", "test_"):
             poses, table = output / f"{name}poses.csv", output / f"{name}corners.csv"
-            write_detection(nominal, [output / f"{name}pictures"], poses, table, 1, "en", show)
+            write_detection(nominal.description, [output / f"{name}pictures"], poses, table, 1, "en", show)
         data = load_seen([output / "poses.csv"], nominal, corners)
         test = load_seen([output / "test_poses.csv"], nominal, output / "test_corners.csv")
         found = identify(nominal, data, test=test, threads=threads, progress=show)

@@ -15,7 +15,7 @@ from fastcal.cli.options import PageLanguage
 
 if TYPE_CHECKING:
     from fastcal.camera.detection import Detection
-    from fastcal.robot.robot import Robot
+    from fastcal.robot.rig import Seeing
 
 
 def detect(
@@ -39,11 +39,12 @@ def detect(
     """
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tables import check_csv_name
+    from fastcal.io.tree_file import is_cell, load_cell
 
     check_csv_name(output)
-    robot = load_robot(cell)
+    nominal = load_cell(cell) if is_cell(cell) else load_robot(cell).description
     with progress() as show:
-        found = write_detection(robot, pictures, joints, output, jobs, page_language, show)
+        found = write_detection(nominal, pictures, joints, output, jobs, page_language, show)
     for picture in found.pictures:
         say(f"{picture.path.name}: {picture.told}")
     page, columns = output.with_suffix(".html"), found.columns(output.parent)
@@ -80,7 +81,7 @@ def detect(
 
 
 def write_detection(
-    robot: Robot,
+    cell: Seeing,
     pictures: list[Path],
     joints: Path | None,
     output: Path,
@@ -100,7 +101,7 @@ def write_detection(
     from fastcal.report.detection_report import detection_page
 
     poses = None if joints is None else read_table(joints)
-    found = detected(robot, pictures, poses=poses, jobs=jobs, progress=show)
+    found = detected(cell, pictures, poses=poses, jobs=jobs, progress=show)
     columns = found.columns(output.parent)
     if not columns["row"]:
         for picture in found.pictures:
@@ -112,5 +113,5 @@ def write_detection(
     show("writing the page")
     with atomic_paths([output, output.with_suffix(".html")]) as (table_file, page_file):
         table_file.write_text(csv_text(columns), encoding="utf-8", newline="\n")
-        page_file.write_text(detection_page(found, robot, language=language), encoding="utf-8")
+        page_file.write_text(detection_page(found, cell, language=language), encoding="utf-8")
     return found

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -53,13 +53,26 @@ def diagnose(
     The cause is named where the data single it out; else the page says which causes fit alike, or where the error is.
     """
     from fastcal import diagnosis
+    from fastcal.cli.cells import diagnose_cell, not_given
     from fastcal.importers.corners import load_seen
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
     from fastcal.report.diagnosis_report import FILES, write_diagnosis
     from fastcal.robot.made_by import made_by
     from fastcal.units import to_si
 
+    sigma = None if sigma_mm is None else to_si(sigma_mm, "mm")
+    if is_cell(robot):
+        only_of_arms: dict[str, tuple[Any, Any]] = {
+            "--corners": (corners, None),
+            "--test-corners": (test_corners, None),
+            "--mend": (mend, False),
+            "--tracker": (tracker, None),
+            **not_given(who),
+        }
+        diagnose_cell(robot, data, output, test, exclude or [], sigma, as_read, threads, only_of_arms)
+        return
     check_folder(output, FILES)
     nominal = load_robot(robot)
     measured = seen_by(tracker, load_seen(data, nominal, corners))
@@ -71,7 +84,7 @@ def diagnose(
             measured,
             test=other,
             exclude=exclude or (),
-            sigma=None if sigma_mm is None else to_si(sigma_mm, "mm"),
+            sigma=sigma,
             as_read=as_read,
             mend=mend,
             threads=threads,

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -72,7 +73,7 @@ def convert(robot: HasSpec | Spec, to: str, drop_effects: bool = False) -> Conve
         return Conversion(copy.deepcopy(spec), (), ())
     if has_branches(spec):
         raise InvalidInput(f"{spec['name']} has branches or closed loops, which only its own kind of file carries")
-    geometry = {"dh": _rows, "mdh": _rows, "poe": _poe, "urdf": _urdf}[to](chain_of(spec), spec, to)
+    geometry = {"dh": _rows, "mdh": _rows, "poe": _as_poe, "urdf": _urdf}[to](chain_of(spec), spec, to)
     effects, dropped = _carried(spec, geometry)
     if spec.get("correction") is not None:
         dropped = (*dropped, "the trained correction")
@@ -101,15 +102,20 @@ def _rows(chain: Chain, spec: Spec, to: str) -> _Geometry:
     return _Geometry(joints, ends, table.base)
 
 
-def _poe(chain: Chain, spec: Spec, to: str) -> _Geometry:
+def _as_poe(chain: Chain, spec: Spec, to: str) -> _Geometry:
+    return poe_geometry(chain, spec["joints"])
+
+
+def poe_geometry(chain: Chain, old: Sequence[Spec]) -> _Geometry:
+    """A chain as screws; `old`: its joints' types, limits, gears and bodies."""
     joints = []
-    for i, (body, old) in enumerate(zip(chain.bodies, spec["joints"], strict=True)):
+    for i, (body, joint) in enumerate(zip(chain.bodies, old, strict=True)):
         point = chain.point(i)
         if point is None:
             shape: Spec = {"omega": [0.0] * 3, "v": _list(chain.v[i], "1"), "d_mm": 0.0}
         else:
             shape = {"omega": _list(chain.omega[i], "1"), "point_mm": _list(point, "mm"), "theta_deg": 0.0}
-        joints.append(_joint(old, shape, body, np.eye(4)))
+        joints.append(_joint(joint, shape, body, np.eye(4)))
     return _Geometry(joints, {"home": _frame(chain.home)}, np.eye(4))
 
 

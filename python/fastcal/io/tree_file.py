@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fastcal.cells.cell import Arm, Cell, Distance, Known, Point
+from fastcal.cells.paths import possible_ways
 from fastcal.cells.pose_arm import POSE, pose_arm
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
@@ -84,6 +85,7 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     points = [_point(key, role, fields) for role in ("target", "sensor") for key, fields in _members(top, f"{role}s")]
     distances = _distances(top)
     rig = _rig(top)
+    records = Fields(top.take("calibrations", {}), "calibrations", path).rest()
     top.done()
     names = [*(entry.name for entry in entries), *(point.name for point in points), *rig["cameras"], *rig["boards"]]
     for twice in sorted({each for each in names if names.count(each) > 1}):
@@ -102,7 +104,20 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
         entry["on"] = stands_on(entry["on"])
     cell = Cell(name, arms, placed, distances, **rig)
     _check(cell, top)
-    return cell
+    return replace(cell, records=_records(cell, records, top)) if records else cell
+
+
+def _records(cell: Cell, given: Spec, top: Fields) -> Spec:
+    """`calibrations`: of each way to a target how surely its numbers are known, as a robot file has it."""
+    ways = {way.name: way for way in possible_ways(cell, list(given))}
+    for name, record in given.items():
+        if name not in ways:
+            top.refuse(f"calibrations.{name!s:.60}", "expected the name of a target on an arm's flange")
+        try:
+            check_spec({**ways[name].robot.spec, "calibration": record}, top.path)
+        except ParseError as error:
+            top.refuse(f"calibrations.{name}", error.message)
+    return given
 
 
 def _check(cell: Cell, top: Fields) -> None:
@@ -165,6 +180,8 @@ def cell_text(cell: Cell, comment: str = "") -> str:
         content["known_distances"] = [
             {"from": of.start, "to": of.end, "mm": of.mm, "sigma_mm": of.sigma_mm} for of in cell.distances
         ]
+    if cell.records:
+        content["calibrations"] = {name: dict(record) for name, record in cell.records.items()}
     return "".join(f"# {line}\n" for line in comment.splitlines()) + yaml_text(content)
 
 

@@ -17,21 +17,21 @@ from fastcal.report.figures import AFTER, ALERT
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.image_plane import coverage_figure, covered
 from fastcal.report.language import _, in_language
-from fastcal.robot.robot import Robot
+from fastcal.robot.rig import Seeing
 
 Array = NDArray[np.float64]
 
 _ENOUGH = 0.6  # of the parts of a picture that hold a corner
 
 
-def detection_page(found: Detection, robot: Robot, *, language: str = "en") -> str:
+def detection_page(found: Detection, cell: Seeing, *, language: str = "en") -> str:
     """The HTML text of the page."""
     with in_language(language):
-        return _page(found, robot)
+        return _page(found, cell)
 
 
-def _page(found: Detection, robot: Robot) -> str:
-    cameras: Mapping[str, Any] = robot.description.cameras
+def _page(found: Detection, cell: Seeing) -> str:
+    cameras: Mapping[str, Any] = cell.cameras
     seen = {name: _corners_of(found, name) for name in cameras if any(p.camera == name for p in found.pictures)}
     with_board = len(found.pictures) - len(found.empty)
     tiles = [
@@ -44,8 +44,8 @@ def _page(found: Detection, robot: Robot) -> str:
         tiles.append((_("Coverage, camera {camera}", camera=name), percent(share), note))
     return page.render(
         "detection.html",
-        title=_("Corners in pictures of {robot}", robot=robot.name),
-        robot_name=robot.name,
+        title=_("Corners in pictures of {robot}", robot=cell.name),
+        robot_name=cell.name,
         simulated=False,
         pictures=plural(len(found.pictures), "picture"),
         tiles=tiles,

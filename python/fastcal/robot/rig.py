@@ -32,6 +32,11 @@ class Seeing(Protocol):
     """What has cameras and boards: a robot's spec, or a cell."""
 
     @property
+    def name(self) -> str:
+        """What it is called."""
+        ...
+
+    @property
     def cameras(self) -> Mapping[str, Spec]:
         """By their names."""
         ...

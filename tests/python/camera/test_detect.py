@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import yaml
 
 from fastcal.camera.rendering import render
 from fastcal.cli import demo_camera, main
@@ -73,6 +74,19 @@ def test_the_same_corners_are_found_side_by_side(folder: Path, tmp_path: Path) -
     assert main([*given, "-o", str(tmp_path / "a.csv")]) == 0
     assert main([*given, "--jobs", "2", "-o", str(tmp_path / "b.csv")]) == 0
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_a_cell_of_several_arms_finds_the_same_corners(folder: Path, tmp_path: Path) -> None:
+    content = yaml.safe_load((folder / "cell.yaml").read_text(encoding="utf-8"))
+    content["arms"]["second"] = {"robot": "ur5", "xyz_mm": [2000, 0, 0]}
+    (tmp_path / "arm.yaml").write_bytes((folder / "arm.yaml").read_bytes())
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    tables = []
+    for where in (folder, tmp_path):
+        tables.append(tmp_path / f"{where.name}.csv")
+        command = ["detect", str(folder / "shots"), "--cell", str(where / "cell.yaml"), "-o", str(tables[-1])]
+        assert main(command) == 0
+    assert tables[0].read_text(encoding="utf-8") == tables[1].read_text(encoding="utf-8")
 
 
 def test_pictures_of_another_size_are_named(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,313 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What the model of a cell of several arms is missing: each way from the world to a target is diagnosed as one arm.
+
+A way's readings are its own: no joint of another arm moves its target. Joints that several ways have in common are told
+as the cell's, once; what one of these ways names there and another does not is no cause of grade A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from fastcal.cells.calibrate import calibrate_cell
+from fastcal.cells.cell import Cell
+from fastcal.cells.paths import Way
+from fastcal.cells.readings import Readings
+from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis.result import Finding
+from fastcal.effects.entries import label, traits_of
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.place import Place, place_of
+from fastcal.robot.robot_spec import Entry
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class WayDiagnosis:
+    """One way, and what was found in it."""
+
+    way: Way
+    found: Diagnosis
+
+    @property
+    def joints(self) -> list[str]:
+        """As the cell calls joints 1 ... of the way."""
+        return [str(Place(arm.name, "joint", index + 1)) for arm, index in self.way.joints]
+
+
+@dataclass(frozen=True, eq=False)
+class CellFinding:
+    """A cause, its owner as the cell calls it.
+
+    Attributes:
+        finding: Of the way that shows it most clearly.
+        entry: Of that way's model; None where it is not in there.
+        seen_by: Targets whose readings name it.
+        not_seen_by: Targets that its place moves too, and whose readings do not.
+    """
+
+    finding: Finding
+    entry: Entry | None
+    seen_by: tuple[str, ...]
+    not_seen_by: tuple[str, ...] = ()
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why the grade is not better."""
+        others = ", ".join(self.not_seen_by)
+        return [*self.finding.reasons, *([f"it moves {others} too, and these readings do not name it"] * bool(others))]
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """An entry of `effects`."""
+        f = self.finding
+        return {
+            "effect": f.effect,
+            "owner": f.owner,
+            "grade": f.grade,
+            "in_model": f.in_model,
+            "parameters": {name: vars(value) for name, value in f.parameters.items()},
+            "snr": f.snr,
+            "p_value": f.p_value,
+            "equivalents": [{"effect": effect, "owner": owner} for effect, owner in f.equivalents],
+            "reasons": self.reasons,
+            "seen_by": list(self.seen_by),
+            "not_seen_by": list(self.not_seen_by),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class CellDiagnosis:
+    """What `diagnose_cell` found.
+
+    Attributes:
+        cell: Calibrated with the causes in it that are sure and that postures of joints alone can tell.
+        effects: Of all ways, the clearest first.
+    """
+
+    cell: Cell
+    ways: list[WayDiagnosis]
+    effects: list[CellFinding]
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def verdict(self) -> str:
+        """none, named, one_of, several or unexplained, as of one arm."""
+        if any(each.found.unexplained is not None for each in self.ways):
+            return "unexplained"
+        if not self.effects:
+            return "none"
+        if len(self.effects) > 1:
+            return "several"
+        return "one_of" if self.effects[0].finding.equivalents else "named"
+
+    @property
+    def sentence(self) -> str:
+        """What was found, in words."""
+        named = [f"{of.finding.label} (grade {of.finding.grade})" for of in self.effects]
+        rest = [
+            f"something remains in what was read of {each.way.name}, most of it at "
+            f"{each.way.owner(each.found.unexplained.owner)}"
+            for each in self.ways
+            if each.found.unexplained is not None
+        ]
+        if not named and not rest:
+            return "Nothing is missing that these readings could show above their noise."
+        text = "; ".join([*([f"Missing: {', '.join(named)}"] if named else []), *rest])
+        return f"{text[0].upper()}{text[1:]}."
+
+    @property
+    def rises(self) -> bool:
+        """Does a way's gap rise with what was found, on poses that were held out?"""
+        return any(each.found.judged_gap.rises for each in self.ways)
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of diagnosis.json."""
+        rest = [each for each in self.ways if each.found.unexplained is not None]
+        return {
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "effects": [of.to_json_dict() for of in self.effects],
+            "unexplained": _unexplained(rest[0]) if rest else None,
+            "untestable": self._untestable(),
+            "ways": {each.way.name: _way_json(each) for each in self.ways},
+            "notes": self.notes,
+        }
+
+    def _untestable(self) -> list[dict[str, str]]:
+        """What no way can test, each once."""
+        tested = {
+            (of.effect, each.way.owner(of.owner)): {**vars(of), "owner": each.way.owner(of.owner)}
+            for each in self.ways
+            for of in each.found.untestable
+        }
+        return list(tested.values())
+
+
+def diagnose_cell(
+    cell: Cell,
+    readings: Readings,
+    data: Sequence[tuple[Way, Dataset, Dataset | None]],
+    *,
+    exclude: Collection[str] = (),
+    sigma: float | None = None,
+    as_read: bool = False,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> CellDiagnosis:
+    """Finds what the arms of a cell are missing, way by way, names it with its arm, and calibrates the cell with it.
+
+    Args:
+        cell: As its file says.
+        readings: All that was read.
+        data: Each way with its rows, and with those that are only reported on.
+        exclude: Names that are not to be given, `EFFECT` or `EFFECT@ARM.jointN`.
+        sigma: Standard deviation of a measured coordinate [m], where the readings have no column for it.
+        as_read: Take the columns as they are.
+        threads: Cores.
+        progress: Called with a sentence at each step.
+
+    Raises:
+        InvalidInput: As of `diagnose`, or a name to exclude is of no arm that was looked at.
+    """
+    notify = progress or (lambda text: None)
+    names = _excluded([way for way, _, _ in data], exclude)
+    ways = []
+    for (way, rows, test), own in zip(data, names, strict=True):
+
+        def said(text: str, name: str = way.name) -> None:
+            notify(f"{name}: {text}")
+
+        options: dict[str, Any] = {"sigma": sigma, "as_read": as_read, "threads": threads, "progress": said}
+        ways.append(WayDiagnosis(way, diagnose(way.robot, rows, test=test, exclude=own, **options)))
+    effects = _merged(ways)
+    notify("calibrating the cell with what was found")
+    with_effects, notes = _with_effects(cell, ways, effects)
+    there = calibrate_cell(with_effects, readings, threads=threads)
+    notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
+    return CellDiagnosis(there.cell, ways, effects, notes)
+
+
+def _excluded(ways: Sequence[Way], exclude: Collection[str]) -> list[list[str]]:
+    """Of each way the names that it is not to give, as its own arm calls them."""
+    out: list[list[str]] = [[] for _ in ways]
+    for name in exclude:
+        effect, at, owner = name.partition("@")
+        hit = False
+        for way, own in zip(ways, out, strict=True):
+            local = {way.owner(str(of)): str(of) for of in _places(way)}
+            local |= {way.owner(of): of for of in ("base", "tool", "payload", "robot", "structure")}
+            if not at:
+                own.append(name)
+            elif owner in local:
+                own.append(f"{effect}@{local[owner]}")
+            hit = hit or not at or owner in local
+        if not hit:
+            joints = ", ".join(
+                f"{Place(arm.name, 'joint', 1)} ..." for arm in dict.fromkeys(a for way in ways for a in way.arms)
+            )
+            raise InvalidInput(f"--exclude {name:.60}: expected an owner such as {joints}")
+    return out
+
+
+def _places(way: Way) -> list[Place]:
+    """Joints and links of a way, as its own arm calls them."""
+    return [Place("", kind, k) for kind in ("joint", "link") for k in range(1, len(way.joints) + 1)]
+
+
+def _merged(ways: Sequence[WayDiagnosis]) -> list[CellFinding]:
+    """The findings of all ways, those of one name as one."""
+    named: dict[tuple[str, str, float | None], list[tuple[WayDiagnosis, Finding]]] = {}
+    for each in ways:
+        for finding in each.found.effects:
+            order = finding.parameters.get("order")
+            key = (finding.effect, each.way.owner(finding.owner), None if order is None else round(order.value, 1))
+            named.setdefault(key, []).append((each, finding))
+    out = []
+    for (effect, owner, _), found in named.items():
+        clearest, finding = max(found, key=lambda of: of[1].snr)
+        seen = [each.way.name for each, _ in found]
+        others = [
+            e.way.name
+            for e in ways
+            if _moves(e.way, owner) and e.way.name not in seen and not _likens(e, effect, owner)
+        ]
+        alike = [{(e, each.way.owner(o)) for e, o in of.equivalents} for each, of in found]
+        equivalents = [(e, clearest.way.owner(o)) for e, o in finding.equivalents]
+        equivalents = [of for of in equivalents if all(of in own for own in alike)]
+        grade = "B" if others and finding.grade == "A" else finding.grade
+        told = replace(finding, owner=owner, equivalents=tuple(equivalents), grade=grade)
+        entry = next((of for of in clearest.found.model.entries if finding.is_of(of)), None)
+        out.append(CellFinding(told, entry if finding.in_model else None, tuple(seen), tuple(others)))
+    return sorted(out, key=lambda of: -of.finding.snr)
+
+
+def _moves(way: Way, owner: str) -> bool:
+    """Is an owner of the cell on a way?"""
+    return place_of(owner).arm in {arm.name for arm in way.arms}
+
+
+def _likens(each: WayDiagnosis, effect: str, owner: str) -> bool:
+    """Would a name do as well as one that a way gives?"""
+    return any((effect, owner) == (e, each.way.owner(o)) for f in each.found.effects for e, o in f.equivalents)
+
+
+def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[CellFinding]) -> tuple[Cell, list[str]]:
+    """The cell whose arms have the causes that are sure; notes on those that its postures cannot tell."""
+    notes = []
+    for of in effects:
+        way = next(each.way for each in ways if each.way.name == of.seen_by[0])
+        place = place_of(of.finding.owner)
+        arm = next((arm for arm in way.arms if arm.name == place.arm), way.arms[-1])
+        if of.entry is None:
+            continue
+        if len(way.arms) > 1 and traits_of(of.entry["effect"]).refers_to != "axes":
+            notes.append(
+                f"{of.finding.label} is not in model.yaml: it refers to the rows of the whole way to {way.name}"
+            )
+            continue
+        own: Entry = {**of.entry, "owner": str(replace(place, arm=""))}
+        there = arm.robot.with_(effects=[*cell.arm(arm.name).robot.entries, own])
+        arms = tuple(replace(each, robot=there) if each.name == arm.name else each for each in cell.arms)
+        tried = replace(cell, arms=arms)
+        try:
+            tried.model  # noqa: B018  which says whether postures of a cell can tell it
+        except InvalidInput as error:
+            notes.append(f"{label(of.entry)} of {arm.name} is not in model.yaml: {error}")
+            continue
+        cell = tried
+    return cell, notes
+
+
+def _unexplained(each: WayDiagnosis) -> dict[str, Any]:
+    rest = each.found.unexplained
+    if rest is None:
+        raise ValueError(f"{each.way.name} leaves nothing unexplained")
+    return {
+        "owner": each.way.owner(rest.owner),
+        "share": rest.share,
+        "depends_on": [each.way.column(name) for name in rest.depends_on],
+        "added": rest.added,
+        "formulas": list(rest.formulas),
+        "way": each.way.name,
+    }
+
+
+def _way_json(each: WayDiagnosis) -> dict[str, Any]:
+    """What was found in one way: an entry of `ways`."""
+    found = each.found
+    return {
+        "arms": [arm.name for arm in each.way.arms],
+        "joints": each.joints,
+        "verdict": found.verdict,
+        "unexplained": None if found.unexplained is None else _unexplained(each),
+        "noise": {name: of.to_json_dict() for name, of in found.noise.items()},
+        "train": found.train.to_json_dict(),
+        "test": None if found.test is None else found.test.to_json_dict(),
+        "gap": [step.to_json_dict() for step in found.gap],
+        "outliers": found.outliers,
+    }

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Ways from the world to a target, each a serial arm: what one arm's commands say of a cell of several.
+
+A target on the flange of an arm is moved by that arm and by all that this stands on, and by nothing else: joints that
+several ways have in common are judged by the readings of each.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fastcal.cells.cell import Arm, Cell, Point
+from fastcal.cells.readings import Readings
+from fastcal.conversion.joined import joined
+from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
+from fastcal.place import Place, joint_position, place_of
+from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import Spec
+
+_OF_THE_LAST = ("robot", "payload", "structure")  # owners that are the arm's that carries the target
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """The arms between the world and a target, from the ground on.
+
+    Attributes:
+        target: That is read, and stands on the last arm's flange.
+        record: The `calibration` block that a model keeps of the way; None: none.
+    """
+
+    target: Point
+    arms: tuple[Arm, ...]
+    record: Spec | None = None
+
+    @property
+    def name(self) -> str:
+        """That of its target."""
+        return self.target.name
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The way as one serial arm whose tool is the target. InvalidInput where an arm cannot be a part of one."""
+        whole = Robot(joined([arm.robot.spec for arm in self.arms], self.arms[-1].name))
+        return whole.with_(tool=self.target.place, calibration=self.record)
+
+    @cached_property
+    def joints(self) -> list[tuple[Arm, int]]:
+        """The arm of each joint, and its place there from 0."""
+        return [(arm, i) for arm in self.arms for i in range(arm.robot.joint_count)]
+
+    def owner(self, name: str) -> str:
+        """An owner of `robot` as the cell calls it: joint5 is left.joint3, tool the target."""
+        first, arrow, source = name.partition("<-")
+        if arrow:
+            return f"{self.owner(first)}<-{self.owner(source)}"
+        place = place_of(name)
+        if place.kind in ("joint", "link") and 0 < place.number <= len(self.joints):
+            arm, index = self.joints[place.index]
+            return str(Place(arm.name, place.kind, index + 1))
+        if name == "base":
+            return f"{self.arms[0].name}.base"
+        if name == "tool":
+            return self.name
+        return f"{self.arms[-1].name}.{name}" if name in _OF_THE_LAST else name
+
+    def column(self, name: str) -> str:
+        """What something depends on as the cell calls it: q5 is left.q3."""
+        own = {joint_position(i): f"{arm.name}.{joint_position(j)}" for i, (arm, j) in enumerate(self.joints)}
+        return own.get(name, name)
+
+    def words(self, text: str) -> str:
+        """A sentence or label of `robot` with the cell's names: "joint5 zero" is "left.joint3 zero"."""
+
+        def named(found: re.Match[str]) -> str:
+            return self.owner(found[1] + found[2]) if int(found[2]) <= len(self.joints) else found[0]
+
+        return re.sub(r"\b(joint|link)[ \N{NO-BREAK SPACE}]?(\d+)\b", named, text)
+
+    def rows(self, cell: Cell, readings: Readings) -> Dataset:
+        """The postures of a cell as the way's own: its joints, and what was read of its target."""
+        names = [titles[0] for titles in cell.joint_columns]
+        own = [names.index(arm.joint_columns[index][0]) for arm, index in self.joints]
+        fields = ("position", "rotation", "sigma_position", "sigma_rotation")
+        given: dict[str, Any] = {field: readings.tables.get(f"{field}@{self.name}") for field in fields}
+        return Dataset.from_arrays(np.ascontiguousarray(readings.q[:, own]), source=readings.source, **given)
+
+    @cached_property
+    def titles(self) -> dict[str, str]:
+        """Names, without unit, of the cell's columns of positions, and what `robot` calls them."""
+        return {
+            title: joint_position(k) for k, (arm, index) in enumerate(self.joints) for title in arm.joint_columns[index]
+        }
+
+
+def ways_of(cell: Cell, views: Sequence[str]) -> list[Way]:
+    """The ways to all targets that were read from the world, in the order of the readings.
+
+    Args:
+        cell: The cell.
+        views: TARGET or TARGET:SENSOR of what was read.
+
+    Raises:
+        InvalidInput: Nothing was read of a target that an arm carries on its flange from the world.
+    """
+    if out := possible_ways(cell, views):
+        return out
+    read = ", ".join(views) or "nothing"
+    raise InvalidInput(
+        f"expected readings from the world of targets on arms' flanges, such as x_mm@TARGET, got {read}: one way from "
+        "the world to a target is looked at after the other"
+    )
+
+
+def possible_ways(cell: Cell, views: Sequence[str]) -> list[Way]:
+    """`ways_of`, none where there are none."""
+    arms = {arm.flange: arm for arm in cell.arms}
+    points = {of.name: of for of in cell.points}
+    out = []
+    for view in views:
+        target = points.get(view)
+        if target is None or target.on not in arms:
+            continue
+        chain = [arms[target.on]]
+        while chain[0].on in arms:
+            chain.insert(0, arms[chain[0].on])
+        if chain[0].on == "world" and not any(arm.of_poses for arm in chain):
+            out.append(Way(target, tuple(chain), cell.records.get(view)))
+    return out

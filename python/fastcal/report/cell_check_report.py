@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""The page of a check of a cell of several arms; nothing is fitted here."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import fastcal
+from fastcal.cells.check import CellCheck, WayCheck
+from fastcal.io.atomic import write_text
+from fastcal.io.results import write_json
+from fastcal.report import page
+from fastcal.report.formatting import plural, significant
+from fastcal.report.sections import TONES, Section, state_word
+from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell, unit_text
+from fastcal.report.words import Remark, Verdict
+
+
+def write_cell_check(found: CellCheck, path: str | os.PathLike[str]) -> None:
+    """Writes check.json, or the page where the path ends in .html; whole or not at all."""
+    if Path(path).suffix.lower() in (".html", ".htm"):
+        write_text(path, check_page(found))
+    else:
+        write_json(path, found.to_json_dict())
+
+
+def check_page(found: CellCheck) -> str:
+    """The HTML text of the page."""
+    state = "changed" if found.within_tolerance is False else found.verdict
+    notes = [f"{each.way.name}: {each.way.words(reason)}" for each in found.ways for reason in each.found.reasons]
+    sections = [Section("ways", "What was read", tables=[_way_table(found)], notes=notes)]
+    if any(each.found.causes for each in found.ways):
+        sections.append(Section("causes", "What explains it", tables=[_cause_table(found)]))
+    return page.render(
+        "monitoring.html",
+        title=f"Check of {found.cell.name}",
+        eyebrow="Does the calibration still hold?",
+        robot_name=found.cell.name,
+        simulated=False,
+        meta=[", ".join(arm.name for arm in found.cell.arms)],
+        verdict=Verdict(
+            TONES[state],
+            capitalised(state_word(state)),
+            found.sentence,
+            [Remark(f"{each.way.name}: {each.sentence}", each.state != "holds", "ways") for each in found.ways],
+        ),
+        tiles=[_tile(each) for each in found.ways],
+        sections=sections,
+        document=[("Software", f"fastcal {fastcal.__version__}")],
+    )
+
+
+def _tile(each: WayCheck) -> tuple[str, str, str]:
+    return each.way.name, capitalised(state_word(each.state)), plural(len(each.found.data), "pose")
+
+
+def _way_table(found: CellCheck) -> Table:
+    columns = [Column(title, numeric=False) for title in ("Target", "Arms", "State", "Unit")]
+    columns += [Column(title) for title in ("RMS", "Expected", "Largest")]
+    rows = []
+    for each in found.ways:
+        kind, of = each.found.main.kind, each.found
+        sizes = [kind.shown(size) for size in (of.rms, of.expected_rms, of.largest)]
+        arms = " + ".join(arm.name for arm in each.way.arms)
+        words = [Cell(each.way.name), Cell(arms), Cell(state_word(each.state)), Cell(unit_text(kind.unit))]
+        rows.append([*words, *(number_cell(significant(size, 4), size) for size in sizes)])
+    return Table("Each way from the world to a target", columns, [Group(rows)])
+
+
+def _cause_table(found: CellCheck) -> Table:
+    columns = [Column(title, numeric=False) for title in ("Target", "Cause", "Change", "As well")]
+    rows = []
+    for each in found.ways:
+        for cause in each.found.causes:
+            sizes = "; ".join(f"{of.name} {of.change:+.4g} ± {of.std:.2g}" for of in cause.changes)
+            others = ", ".join(map(each.way.words, cause.equivalents))
+            rows.append([Cell(each.way.name), Cell(each.label(cause)), Cell(sizes), Cell(others)])
+    return Table("Causes that explain the new readings", columns, [Group(rows)])
