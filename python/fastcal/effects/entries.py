@@ -31,6 +31,7 @@ LAGGED = "temperature behind a lag of "  # begins the column of a filtered tempe
 SINCE = "since row "  # begins the column of what there is from a row on; the row and the count of rows follow
 MOVE = "last move of joint "  # begins the column of a joint's last moves; its number follows
 _OF_CALIBRATION = ("curvature", "prior", "spread")  # options that the core does not read
+_OF_A_CHAIN = {"compensator_spring", "gravity_sag", "link_com", "link_mass", "payload_com", "payload_mass"}
 _APART = (
     "order",
     "side",
@@ -66,10 +67,12 @@ def curve_of(place: Place) -> str:
 
 
 def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
-    """All owners that a robot has for an effect; InvalidInput where the name is not known."""
+    """All owners that a robot has for an effect, none where closed loops rule it out; InvalidInput: not known."""
     known = registered.find(name)
     if known is not None:
         return known.owners_of(core)
+    if name in _OF_A_CHAIN and len(core.home):
+        return []
     return list(_core.effect_owners(_known(name), core))
 
 
