@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.ik.posture import SphericalWristArm
@@ -110,7 +110,7 @@ class Configurations:
         return ways
 
 
-def at_axes(robot: Robot, shown: FloatArray) -> FloatArray:
+def at_axes(robot: Robot, shown: ArrayLike) -> FloatArray:
     """The joints (n,) [rad or m] where the controller shows its axes (m,), those without a motor where loops close."""
     q = robot.pendant.chain(shown)
     return robot.follow(q[np.newaxis])[0] if robot.passive else q

@@ -263,7 +263,7 @@ def _start(places: Places, configurations: Configurations) -> tuple[FloatArray |
         count = places.nominal.pendant.axis_count
         if len(places.cell.start) != count:
             raise InvalidInput(f"start_deg: expected {count} joints, as {places.nominal.name} has")
-        return at_axes(places.nominal, np.asarray(places.cell.start)), ()
+        return at_axes(places.nominal, places.cell.start), ()
     if program.language.names_postures or stated or not program.moves:
         return None, ()
     first = program.targets[program.moves[0].target]

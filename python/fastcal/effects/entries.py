@@ -31,7 +31,6 @@ LAGGED = "temperature behind a lag of "  # begins the column of a filtered tempe
 SINCE = "since row "  # begins the column of what there is from a row on; the row and the count of rows follow
 MOVE = "last move of joint "  # begins the column of a joint's last moves; its number follows
 _OF_CALIBRATION = ("curvature", "prior", "spread")  # options that the core does not read
-_OF_A_CHAIN = {"compensator_spring", "gravity_sag", "link_com", "link_mass", "payload_com", "payload_mass"}
 _APART = (
     "order",
     "side",
@@ -71,9 +70,17 @@ def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
     known = registered.find(name)
     if known is not None:
         return known.owners_of(core)
-    if name in _OF_A_CHAIN and len(core.home):
-        return []
-    return list(_core.effect_owners(_known(name), core))
+    owners = list(_core.effect_owners(_known(name), core))
+    return owners if not len(core.home) else [owner for owner in owners if _acts_beside_loops(name, core, owner)]
+
+
+def _acts_beside_loops(name: str, core: _core.RobotModel, owner: str) -> bool:
+    """The core refuses effects of chains alone; what else it lacks, as an option, is not asked here."""
+    try:
+        _core.make_effect(name, core, owner, {})
+    except InvalidInput as refused:
+        return "without branches and closed loops" not in str(refused)
+    return True
 
 
 @cache

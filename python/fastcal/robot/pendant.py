@@ -43,7 +43,7 @@ class Pendant:
     @property
     def axis_count(self) -> int:
         """Axes that the controller counts, the last of the arm's included."""
-        return self.matrix.shape[1]
+        return int(self.matrix.shape[1])
 
     def axis(self, joint: int) -> int | None:
         """The controller's axis of a joint, both from 0; None: it has none."""
