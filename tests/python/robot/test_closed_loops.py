@@ -27,6 +27,7 @@ from fastcal import (
 from fastcal.conversion import convert
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -436,3 +437,12 @@ def test_what_cannot_be_assembled_cannot_be_measured() -> None:
     q[1, :2] = np.radians([179.0, 1.0])
     with pytest.raises(InvalidInput, match="row 1: its loops do not close"):
         simulate(robot.with_(loops=[robot.description.loops[0] | {"length_mm": 260.0}]), q)
+
+
+def test_the_controller_keeps_the_loops_that_it_had_before_calibration(tmp_path: Path) -> None:
+    robot = load_robot("five_bar")
+    real = perturbed(robot, seed=1)
+    found = calibrate(robot, simulate(real, random_poses(robot, 40, seed=2), noise=5e-5, seed=3))
+    assert found.model.description.loops != robot.description.loops
+    found.model.save(tmp_path / "model.yaml")
+    assert nominal_robot(load_robot(tmp_path / "model.yaml")).description.loops == robot.description.loops
