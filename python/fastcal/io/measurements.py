@@ -222,9 +222,9 @@ class Columns:
 
     def _check_shown(self, q: FloatArray, robot: RobotFacts) -> None:
         """Says where columns j1 ... beside q1 ... are not what the controller would show."""
-        joints = [joint for joint in range(1, robot.pendant.axis_count + 1) if f"j{joint}" in self.known]
+        joints = [joint for joint in range(1, len(robot.joint_types) + 1) if f"j{joint}" in self.known]
         shown = robot.pendant.shown(q) if joints else q
-        for joint in joints:
+        for joint in (joint for joint in joints if joint <= shown.shape[1]):
             off = np.abs(self._si(f"j{joint}") - shown[:, joint - 1])
             if (off > SHOWN_ROUNDING).any():
                 unit = "deg" if robot.joint_types[joint - 1] == "revolute" else "mm"
