@@ -142,7 +142,8 @@ def plan_acceptance(
         notes += doubts_on_joints(documents[0].name, model.name)
     if cycles < CYCLES:
         notes.append(f"{cycles} cycles are fewer than the {CYCLES} of ISO 9283")
-    written = model.pendant.chain(as_written(documents, [stop for _, several in loops for stop in several], shown))[at]
+    driven = as_written(documents, [stop for _, several in loops for stop in several], shown)
+    written = model.follow(model.pendant.chain(driven))[at]
     return AcceptancePlan(
         cube,
         documents,

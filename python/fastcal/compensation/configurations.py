@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.ik.posture import SphericalWristArm
@@ -59,10 +59,10 @@ class Configurations:
         """
         stated = None if move is None else move.near
         asked = _Asked(self, target, is_silent=stated is not None or (move is not None and move.wordless))
-        if stated is not None and len(stated) != self.nominal.joint_count:
-            count = self.nominal.joint_count
+        count = self.nominal.pendant.axis_count
+        if stated is not None and len(stated) != count:
             return None, f"it is to be near {len(stated)} joints, and {self.nominal.name} has {count}"
-        near = before if stated is None else self.nominal.pendant.chain(stated)
+        near = before if stated is None else at_axes(self.nominal, stated)
         if near is not None:
             found = inverse_kinematics(self.nominal, T_world_tool, seed=near, restarts=0)
             q = asked.turned(found.q[0], near)
@@ -110,6 +110,12 @@ class Configurations:
         return ways
 
 
+def at_axes(robot: Robot, shown: ArrayLike) -> FloatArray:
+    """The joints (n,) [rad or m] where the controller shows its axes (m,), those without a motor where loops close."""
+    q = robot.pendant.chain(shown)
+    return robot.follow(q[np.newaxis])[0] if robot.passive else q
+
+
 class _Asked:
     """What a target says of its configuration."""
 
@@ -121,7 +127,7 @@ class _Asked:
 
     def fits(self, q: FloatArray) -> bool:
         """Is q in the asked configuration, as far as it is told?"""
-        if any(self._missed(joint, q) for joint in self._ranges if joint < len(q)):
+        if any(self._missed(axis, q) for axis in self._ranges if axis < self.nominal.pendant.axis_count):
             return False
         is_in = self.language.branch(q, self.arm) if self._branch else ()
         return all(a is None or b is None or a == b for a, b in zip(self._branch, is_in, strict=True))
@@ -130,7 +136,7 @@ class _Asked:
         """The solution with whole turns added: into the ranges that the words name, else near other joints."""
         out = q.copy()
         for joint in self.nominal.pendant.order:
-            if self.nominal.joint_types[joint] != "revolute":
+            if self.nominal.joint_types[joint] != "revolute" or joint in self.nominal.passive:
                 continue
             low, high = self.nominal.limits[joint]
             ways = [q[joint] + k * _TURN for k in range(-3, 4) if low <= q[joint] + k * _TURN <= high] or [q[joint]]
@@ -138,14 +144,14 @@ class _Asked:
             costs = []
             for way in ways:
                 out[joint] = way
-                costs.append((self._missed(joint, out), abs(way - to), way))
+                costs.append((self._missed(self.nominal.pendant.axis(joint), out), abs(way - to), way))
             out[joint] = min(costs)[2]
         return out
 
-    def _missed(self, joint: int, q: FloatArray) -> float:
-        """By how much [rad] a joint is shown out of the range that the words name; 0 within their rounding."""
-        if joint not in self._ranges:
+    def _missed(self, axis: int | None, q: FloatArray) -> float:
+        """By how much [rad] an axis is shown out of the range that the words name; 0 within their rounding."""
+        if axis is None or axis not in self._ranges:
             return 0.0
-        (low, high), at = self._ranges[joint], self.nominal.pendant.shown(q)[joint]
+        (low, high), at = self._ranges[axis], self.nominal.pendant.shown(q)[axis]
         missed = max(low - at, at - high, 0.0)
         return 0.0 if missed < _EDGE else missed

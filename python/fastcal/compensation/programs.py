@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.compensation.commands import METHODS, notes_on_ranges
-from fastcal.compensation.configurations import Configurations
+from fastcal.compensation.configurations import Configurations, at_axes
 from fastcal.compensation.motion import at_rest
 from fastcal.compensation.one_step import one_step
 from fastcal.compensation.places import Places
@@ -260,10 +260,10 @@ def _start(places: Places, configurations: Configurations) -> tuple[FloatArray |
     program = places.program
     stated = any(target.kind == "joints" for target in program.targets) or any(m.near for m in program.moves)
     if places.cell.start is not None:
-        if len(places.cell.start) != places.nominal.joint_count:
-            count = places.nominal.joint_count
+        count = places.nominal.pendant.axis_count
+        if len(places.cell.start) != count:
             raise InvalidInput(f"start_deg: expected {count} joints, as {places.nominal.name} has")
-        return places.nominal.pendant.chain(places.cell.start), ()
+        return at_axes(places.nominal, places.cell.start), ()
     if program.language.names_postures or stated or not program.moves:
         return None, ()
     first = program.targets[program.moves[0].target]
@@ -287,7 +287,7 @@ def _nominal_joints(
     for i, target in enumerate(program.targets):
         if target.kind == "joints":
             _check_joints(program, target, nominal)
-            q[i] = nominal.pendant.chain(target.values)
+            q[i] = at_axes(nominal, target.values)
     poses = [i for i, target in enumerate(program.targets) if target.kind == "pose"]
     wanted = {i: places.world(i, program.language.pose(program.targets[i].values)) for i in poses}
     before = start
@@ -319,10 +319,12 @@ def _visits(program: Program) -> list[Move]:
 
 
 def _check_joints(program: Program, target: Target, nominal: Robot) -> None:
-    if len(target.numbers) != nominal.joint_count:
-        count = len(target.numbers)
-        _refuse(program, target, f"expected {nominal.joint_count} joints, as {nominal.name} has, got {count}")
-    for joint, (number, kind) in enumerate(zip(target.numbers, nominal.joint_types, strict=True), start=1):
+    wanted, count = nominal.pendant.axis_count, len(target.numbers)
+    if count != wanted:
+        _refuse(program, target, f"expected {wanted} joints, as {nominal.name} has, got {count}")
+    kinds = {nominal.pendant.axis(joint): kind for joint, kind in enumerate(nominal.joint_types)}
+    for joint, number in enumerate(target.numbers, start=1):
+        kind = kinds.get(joint - 1, "revolute")
         if (number.unit in ("mm", "m")) != (kind == "prismatic"):
             _refuse(program, target, f"joint {joint} of {nominal.name} is {kind}, but it is given in {number.unit}")
 

@@ -66,11 +66,21 @@ def curve_of(place: Place) -> str:
 
 
 def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
-    """All owners that a robot has for an effect; InvalidInput where the name is not known."""
+    """All owners that a robot has for an effect, none where closed loops rule it out; InvalidInput: not known."""
     known = registered.find(name)
     if known is not None:
         return known.owners_of(core)
-    return list(_core.effect_owners(_known(name), core))
+    owners = list(_core.effect_owners(_known(name), core))
+    return owners if not len(core.home) else [owner for owner in owners if _acts_beside_loops(name, core, owner)]
+
+
+def _acts_beside_loops(name: str, core: _core.RobotModel, owner: str) -> bool:
+    """The core refuses effects of chains alone; what else it lacks, as an option, is not asked here."""
+    try:
+        _core.make_effect(name, core, owner, {})
+    except InvalidInput as refused:
+        return "without branches and closed loops" not in str(refused)
+    return True
 
 
 @cache

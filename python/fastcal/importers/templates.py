@@ -57,10 +57,11 @@ def _columns(robot: Robot) -> dict[str, str]:
     for number, (joint, (low, high)) in enumerate(zip(robot.joints, robot.limits.tolist(), strict=True), start=1):
         if joint.mimic is not None or joint.passive:
             continue
-        unit = joint.unit
+        unit, counted = joint.unit, robot.pendant.axis(number - 1)
+        shows = number if counted is None else counted + 1
         reach = f"{from_si(low, unit):.6g} to {from_si(high, unit):.6g} {unit}"
         told = f", {reach}" if number not in shown else ", as the controller shows it"
-        out[f"{letter}{number}_{unit}"] = f"joint {number}: the position that was commanded{told}"
+        out[f"{letter}{shows}_{unit}"] = f"joint {number}: the position that was commanded{told}"
     for axis in "xyz":
         out[f"{axis}_mm"] = f"{axis} of the measured point in the instrument's frame; empty where it was not measured"
     return out

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.io.tables import write_csv
-from fastcal.robot.pendant import joint_columns
+from fastcal.robot.pendant import axis_columns, joint_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -45,5 +45,5 @@ def write_corrections(
         columns[f"shift_{axis}_mm"], columns[f"turn_{axis}_deg"] = from_si(along, "mm"), from_si(about, "deg")
     columns.update(joint_columns(robot.description, joints, "dq"))
     if not robot.pendant.is_chain:
-        columns.update(joint_columns(robot.description, robot.pendant.shown(joints + robot.pendant.zero), "dj"))
+        columns.update(axis_columns(robot.description, robot.pendant.shown(joints + robot.pendant.zero), "dj"))
     write_csv(path, columns)

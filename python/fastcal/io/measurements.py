@@ -196,8 +196,10 @@ class Columns:
         driven = {mimic[0] for mimic in robot.mimics} | set(robot.passive)
         own = any(re.fullmatch(r"q\d+", name) for name in self.known)
         letter = "q" if own or not any(re.fullmatch(r"j\d+", name) for name in self.known) else "j"
-        for joint, joint_type in enumerate(robot.joint_types, start=1):
-            if f"{letter}{joint}" not in self.known and joint - 1 not in driven:
+        for place, joint_type in enumerate(robot.joint_types):
+            axis = robot.pendant.axis(place) if letter == "j" else place
+            joint = place + 1 if axis is None else axis + 1
+            if f"{letter}{joint}" not in self.known and place not in driven:
                 expected = would_do(f"{letter}{joint}", "angle" if joint_type == "revolute" else "length")
                 listed = _listed(self.table.names)
                 raise self.table.error(f"joint {joint} has no column; expected {expected}, got {listed}")
@@ -220,14 +222,15 @@ class Columns:
     def _positions(self, name: str, letter: str, robot: RobotFacts) -> FloatArray:
         """The chain's joints (N, n) from columns of a letter; NaN where one is missing."""
         read = name.removeprefix("q")
-        values = self._stack(name, [f"{letter}{joint}{read}" for joint in range(1, len(robot.joint_types) + 1)])
+        count = len(robot.joint_types) if letter == "q" else robot.pendant.axis_count
+        values = self._stack(name, [f"{letter}{joint}{read}" for joint in range(1, count + 1)])
         return values if letter == "q" else robot.pendant.chain(values)
 
     def _check_shown(self, q: FloatArray, robot: RobotFacts) -> None:
         """Says where columns j1 ... beside q1 ... are not what the controller would show."""
         joints = [joint for joint in range(1, len(robot.joint_types) + 1) if f"j{joint}" in self.known]
         shown = robot.pendant.shown(q) if joints else q
-        for joint in joints:
+        for joint in (joint for joint in joints if joint <= shown.shape[1]):
             off = np.abs(self._si(f"j{joint}") - shown[:, joint - 1])
             if (off > SHOWN_ROUNDING).any():
                 unit = "deg" if robot.joint_types[joint - 1] == "revolute" else "mm"

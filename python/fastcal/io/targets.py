@@ -46,7 +46,9 @@ def _targets(table: Table, robot: Robot) -> Targets:
         expected = f"a number that fits an arm with a reach of {reach:.4g} mm (is its unit right?)"
         raise table.wrong_cell(known["x"].place, int(np.argmax(far)), expected)
     letter = "j" if "j1" in known and "q1" not in known else "q"
-    joints = [f"{letter}{joint}" for joint in range(1, robot.joint_count + 1)]
+    motors = [joint for joint in range(robot.joint_count) if joint not in robot.passive]
+    numbers = motors if letter == "q" else sorted(axis for axis in map(robot.pendant.axis, motors) if axis is not None)
+    joints = [f"{letter}{number + 1}" for number in numbers]
     try:
         data = Dataset.from_arrays(
             q=np.zeros((len(table), robot.joint_count)),
@@ -65,8 +67,10 @@ def _targets(table: Table, robot: Robot) -> Targets:
         missing = next(joint for joint in joints if joint not in known)
         raise table.error(f"holds {', '.join(given)} as a seed without {missing}; expected all joints or none")
     seed = columns.numbers("q", joints)
-    if seed is not None and letter == "j":
-        seed = robot.pendant.chain(seed)
+    if seed is not None:
+        shown = np.zeros((len(seed), robot.joint_count if letter == "q" else robot.pendant.axis_count))
+        shown[:, numbers] = seed
+        seed = robot.follow(shown if letter == "q" else robot.pendant.chain(shown))
     extra, _ = unknown_columns(table, unknown)
     notes = [*table.notes, *(f"column '{table.names[place]}' is not known" for place in unknown), *columns.notes]
     conditions = {name: value for name, value in condition_columns(data).items() if value is not None}

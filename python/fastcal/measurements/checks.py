@@ -32,6 +32,13 @@ class ControllerJoints(Protocol):
     def is_chain(self) -> bool:
         """Does the controller count as the chain does?"""
 
+    @property
+    def axis_count(self) -> int:
+        """Axes that the controller counts."""
+
+    def axis(self, joint: int) -> int | None:
+        """The controller's axis of a joint, both from 0; None: it has none."""
+
     def chain(self, shown: NDArray[np.float64]) -> NDArray[np.float64]:
         """The chain's joints."""
 

@@ -91,7 +91,7 @@ def visiting_program(
     shown = robot.pendant.shown(np.vstack([q[rows], *(start[np.newaxis] for start in starts.values())]))
     documents = write_cycles(language, program, Cycles(names, shown, [(1, stops)], dwell_s, speed, comment))
     written = q.copy()
-    written[rows] = robot.pendant.chain(as_written(documents, stops, shown))[: len(rows)]
+    written[rows] = robot.follow(robot.pendant.chain(as_written(documents, stops, shown))[: len(rows)])
     notes = [] if robot.description.pendant is not None else doubts_on_joints(documents[0].name, robot.name)
     if missed:
         told = "1 pose is" if missed == 1 else f"{missed} poses are"

@@ -12,7 +12,7 @@ from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 
 GEOMETRY = (*ROW_KEYS.values(), "omega", "point_mm", "v", "v_mm", "origin", "axis")  # keys of a joint
-_ENDS = ("home", "flange")  # keys of the robot
+_ENDS = ("home", "flange", "loops")  # keys of the robot
 
 
 def nominal_record(start: Spec) -> Spec:

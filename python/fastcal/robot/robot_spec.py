@@ -132,9 +132,13 @@ class Coupling:
 
 @dataclass(frozen=True)
 class PendantJoint:
-    """How the controller counts one joint, counted from 1: q = sign J + zero + those of `plus` - those of `minus`."""
+    """How the controller counts one joint, counted from 1: q = sign J + zero + those of `plus` - those of `minus`.
+
+    J is the controller's axis of the joint's own number, or that of the number `axis`.
+    """
 
     joint: int
+    axis: int | None = None
     sign: float = 1.0
     zero_deg: float | None = None
     zero_mm: float | None = None

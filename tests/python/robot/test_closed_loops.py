@@ -11,10 +11,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import _core, calibrate, design_poses, inverse_kinematics, load_measurements, load_robot, robots
+from fastcal import (
+    _core,
+    calibrate,
+    design_poses,
+    diagnose,
+    inverse_kinematics,
+    load_measurements,
+    load_robot,
+    perturbed,
+    random_poses,
+    robots,
+    simulate,
+)
 from fastcal.conversion import convert
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.measurements.dataset import Dataset
+from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -376,3 +389,60 @@ def test_the_jacobian_of_a_long_chain_is_that_of_differences() -> None:
         step = np.zeros(40)
         step[k] = 1e-6
         assert np.abs(motion(robot.forward(q + step), robot.forward(q - step)) / 2e-6 - J[:, :, k]).max() < 1e-8
+
+
+def test_the_controllers_axes_are_columns_of_an_arm_with_loops(tmp_path: Path) -> None:
+    robot = load_robot("palletizer")
+    q = postures(robot, 5)
+    shown = robot.pendant.shown(q)
+    assert shown.shape == (5, 6)
+    assert np.array_equal(shown[:, [0, 1, 2, 5]], q[:, [0, 2, 1, 6]])
+    assert not shown[:, [3, 4]].any()
+    rows = ["j1_deg,j2_deg,j3_deg,j6_deg,x_mm,y_mm,z_mm"]
+    for axes, T in zip(np.degrees(shown[:, [0, 1, 2, 5]]), robot.forward(q), strict=True):
+        rows.append(",".join(repr(float(v)) for v in (*axes, *(1e3 * T[:3, 3]))))
+    (tmp_path / "points.csv").write_text("\n".join(rows))
+    assert np.abs(load_measurements(tmp_path / "points.csv", robot).q - q).max() < 1e-9
+    (tmp_path / "points.csv").write_text("\n".join(rows).replace("j6_deg", "j7_deg"))
+    with pytest.raises(ParseError, match="joint 6 has no column"):
+        load_measurements(tmp_path / "points.csv", robot)
+
+
+@pytest.mark.parametrize(
+    ("pendant", "message"),
+    [
+        ([{"joint": 2, "axis": 3}], "axis 3 is that of two joints"),
+        ([{"joint": 4, "axis": 3}], "joint 4 is passive: it has no motor"),
+        ([{"joint": 2, "axis": 3}, {"joint": 3, "axis": 2, "minus": 1}], "plus and minus are for files without axis"),
+    ],
+)
+def test_axes_that_cannot_be_are_refused(pendant: list[Spec], message: str) -> None:
+    with pytest.raises(ParseError, match=message):
+        load_robot(load_robot("palletizer").spec | {"pendant": pendant})
+
+
+def test_a_yielding_motor_of_a_palletizer_is_named() -> None:
+    robot = load_robot("palletizer")
+    yields = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 2e-6}}
+    real = perturbed(robot, length=5e-5, angle=5e-5, seed=1).with_(effects=[yields])
+    payload = np.random.default_rng(1).choice([0.0, 30.0, 60.0], 60)
+    data = simulate(real, random_poses(robot, 60, seed=3), noise=2e-5, seed=2, payload=payload)
+    found = diagnose(robot, data)
+    assert [f"{each.effect}@{each.owner}" for each in found.effects if each.grade == "A"] == ["joint_compliance@joint2"]
+
+
+def test_what_cannot_be_assembled_cannot_be_measured() -> None:
+    robot = load_robot("five_bar")
+    q = np.tile(np.asarray(robot.core.home), (2, 1))
+    q[1, :2] = np.radians([179.0, 1.0])
+    with pytest.raises(InvalidInput, match="row 1: its loops do not close"):
+        simulate(robot.with_(loops=[robot.description.loops[0] | {"length_mm": 260.0}]), q)
+
+
+def test_the_controller_keeps_the_loops_that_it_had_before_calibration(tmp_path: Path) -> None:
+    robot = load_robot("five_bar")
+    real = perturbed(robot, seed=1)
+    found = calibrate(robot, simulate(real, random_poses(robot, 40, seed=2), noise=5e-5, seed=3))
+    assert found.model.description.loops != robot.description.loops
+    found.model.save(tmp_path / "model.yaml")
+    assert nominal_robot(load_robot(tmp_path / "model.yaml")).description.loops == robot.description.loops

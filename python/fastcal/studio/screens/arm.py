@@ -79,8 +79,8 @@ def _robot(robot: Robot) -> None:
     def say() -> None:
         there = robot.pendant.shown(q)
         for k, unit in enumerate(units):
-            chain, shows = (float(from_si(value, unit)) for value in (q[k], there[k]))
-            pendant = "" if robot.pendant.is_chain else f"  J{k + 1} {shows:.2f}{signs[unit]}"
+            chain, axis = float(from_si(q[k], unit)), None if robot.pendant.is_chain else robot.pendant.axis(k)
+            pendant = "" if axis is None else f"  J{axis + 1} {float(from_si(there[axis], unit)):.2f}{signs[unit]}"
             numbers[k].text = f"{chain:.2f}{signs[unit]}{pendant}"
         pose = robot.forward(q[np.newaxis])[0]
         x, y, z = (float(from_si(value, "mm")) for value in pose[:3, 3])

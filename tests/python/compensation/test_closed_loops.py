@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Programs of robots with closed loops: what the controller makes of the new targets brings the real robot there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fastcal import inverse_kinematics, load_robot, perturbed
+from fastcal.cli import main
+from fastcal.compensation.configurations import at_axes
+from fastcal.io.programs import load_program
+
+RAPID = """MODULE Stack
+  CONST robtarget above:=[[1600,0,1000],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST robtarget place:=[[1500,600,600],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST jointtarget home:=[[0,10,30,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PROC main()
+    MoveAbsJ home,v500,fine,tool0;
+    MoveJ above,v500,fine,tool0;
+    MoveL place,v200,fine,tool0;
+  ENDPROC
+ENDMODULE
+"""
+KRL = """DEF stack()
+  BASE_DATA[1] = {X 0, Y 0, Z 0, A 0, B 0, C 0}
+  TOOL_DATA[1] = {X 0, Y 0, Z 0, A 0, B 0, C 0}
+  $BASE = BASE_DATA[1]
+  $TOOL = TOOL_DATA[1]
+  PTP {A1 0, A2 10, A3 30, A4 0, A5 0, A6 0}
+  LIN {X 1600, Y 0, Z 1000, A 0, B 0, C 180}
+END
+"""
+
+
+@pytest.mark.parametrize(("name", "text"), [("stack.mod", RAPID), ("stack.src", KRL)])
+def test_a_palletizers_program_brings_the_real_one_where_it_was_taught(tmp_path: Path, name: str, text: str) -> None:
+    nominal = load_robot("palletizer").with_(tool={"xyz_mm": [0, 0, 0], "rpy_deg": [0, 0, 0]})
+    real = perturbed(nominal, length=3e-4, angle=3e-4, seed=1)
+    nominal.save(tmp_path / "nominal.yaml")
+    real.save(tmp_path / "model.yaml")
+    (tmp_path / name).write_text(text)
+    new = tmp_path / f"new_{name}"
+    command = ["compensate", str(tmp_path / "model.yaml"), str(tmp_path / name), "-o", str(new)]
+    assert main([*command, "--nominal", str(tmp_path / "nominal.yaml")]) == 0
+    taught, sent = load_program(tmp_path / name), load_program(new)
+    count, before = 0, np.asarray(nominal.core.home)
+    for old, now in zip(taught.targets, sent.targets, strict=True):
+        if old.kind == "joints":
+            before = at_axes(nominal, old.values)
+            wanted, q = nominal.forward(before)[0], at_axes(nominal, now.values)
+        else:
+            wanted = taught.language.pose(old.values)
+            q = inverse_kinematics(nominal, sent.language.pose(now.values), seed=before).q[0]
+        uncorrected = q if old.kind == "pose" else before
+        off = real.forward(inverse_kinematics(nominal, wanted, seed=uncorrected).q)[0] - wanted
+        assert np.linalg.norm((real.forward(q)[0] - wanted)[:3, 3]) < 2e-6
+        assert np.linalg.norm(off[:3, 3]) > 5e-4
+        count += 1
+    assert count == len(taught.targets) >= 2
