@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
+from fastcal.calibration.repeatability import pose_groups
 from fastcal.calibration.shrinkage import shrinkage
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
@@ -36,6 +37,8 @@ from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
 
+JUDGED = (None, STRETCHES, REGIONS)  # how rows are held out: by poses, stretches, regions
+
 
 @dataclass(frozen=True, eq=False)
 class Judged:
@@ -48,6 +51,9 @@ class Judged:
         is_plain: Would anyone have tried it?
         by_least_squares: Of all rows, with the noise white?
         lead: Share by which it leaves less of what held-out rows are off by, squared, than what was found.
+        has_surrogate: Is it written for what it leaves as a smooth function?
+        pose: (N,) of each measured row: rows of one err alike; None: each row has its own.
+        is_chosen: Has it a part of the laws of all joints, those that help to predict the rows held out?
     """
 
     model: Model
@@ -55,6 +61,9 @@ class Judged:
     is_plain: bool
     by_least_squares: bool = False
     lead: float = 0.0
+    has_surrogate: bool = False
+    pose: NDArray[np.intp] | None = None
+    is_chosen: bool = False
 
     @property
     def holds_the_arm(self) -> bool:
@@ -84,6 +93,7 @@ class Judged:
         joints = model.fit.problem.start.robot.joint_count
         parts = ["what was named"] if model.state.names else []
         parts += [f"{_what(effect)} of {_where(own, joints)}" for effect, own in owners.items()]
+        parts += ["a smooth function of what it leaves"] if self.has_surrogate else []
         held = model.fit.problem.arm_size
         arm = "base and tool" if held == 0 else "the geometry"
         beside = f" with {' and '.join(parts)}" if parts else " alone"
@@ -104,27 +114,30 @@ def _where(owners: Sequence[str], joints: int) -> str:
 
 def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:
     """A model with its held-out rows."""
-    kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in (None, STRETCHES, REGIONS))
-    return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares)
+    kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in JUDGED)
+    squares, pose = np.mean(list(kinds), axis=0), pose_groups(model.fit.problem.data)
+    return Judged(model, squares, is_plain, by_least_squares, pose=pose)
 
 
 def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     """The model that was found, or a plain one that predicts held-out rows clearly better.
 
     Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
-    something `remains` curves are tried too, and one standard error decides; else MIN_GAIN of them.
+    something `remains` curves are tried too, and one standard error decides; else MIN_GAIN of them, and always for laws
+    of some joints: the best of many parts seems to gain one by chance.
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
     plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
-    better = [one for one in plain if _beats(one, own, errors) and _holds_elsewhere(one.model, found)]
+    needed = {id(one): rules.MIN_GAIN if one.is_chosen else errors for one in plain}
+    better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
     return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
 
 
 def _beats(one: Judged, other: Judged, errors: float) -> bool:
-    less, error = gain(one.squares, other.squares)
+    less, error = gain(one.squares, other.squares, one.pose)
     return less > max(rules.MIN_PLAIN_SHARE, errors * error)
 
 
@@ -169,16 +182,23 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
             for problem in (state.fit.problem, _as_measured(state.fit.problem)):
                 if problem is None or (entries and problem is not state.fit.problem and not few):
                     continue
-                model = _known(rivals, state, entries, problem) or _with(state, _beside(state, entries), problem)
+                tried = _beside(state, entries)
+                model = _known(rivals, state, entries, problem) or _with(state, tried, problem)
                 if model is not None and model.profiles:
                     model = rivals.with_what_helps(model)
                 if model is not None:
-                    yield judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
+                    one = judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
+                    yield replace(one, is_chosen=len(_laws(model.profiles)) < len(_laws(tried)))
     for size in (_arm_size(start.fit.problem) if few else None, 0.0):
         for problem in (start.fit.problem, _as_measured(start.fit.problem)):
             if problem is not None and size is not None:
                 held = SearchNode(fit(replace(problem, arm_size=size), [], start.fit), start.family)
                 yield judged(bare(held), is_plain=True, by_least_squares=problem is not start.fit.problem)
+
+
+def _laws(entries: Sequence[Spec]) -> list[Spec]:
+    """Those that are no curves over a position: curves are also judged where their joints have not been."""
+    return [entry for entry in entries if traits_of(entry["effect"]).role != "curve"]
 
 
 def _arm_size(problem: Problem) -> float | None:
