@@ -31,6 +31,7 @@ _VARIABLES = {
     "payload_kg": "the payload",
     "reach": "where the arm reaches",
     "gravity": "how it is held against gravity",
+    "weight": "the payload and how it is held against gravity",
     "sight": "the side from which it is looked at",
     "forward": "the direction in which it is looked at",
     "height": "the height at which it is looked at",

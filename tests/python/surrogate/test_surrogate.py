@@ -275,3 +275,14 @@ def test_inputs_do_not_depend_on_the_threads(arm: Robot, poses: Dataset) -> None
         np.testing.assert_array_equal(
             _core.surrogate_inputs(core, arm.samples(poses), core.start, names, threads), alone
         )
+
+
+def test_a_target_may_give_by_the_payload_and_how_it_is_held(arm: Robot, poses: Dataset) -> None:
+    data = replace(poses.select(slice(0, 50)), payload=np.linspace(0.0, 5.0, 50))
+    names = "weight_x weight_y weight_z gravity_x gravity_y gravity_z"
+    found = _core.surrogate_inputs(arm.error_model, arm.samples(data), arm.error_model.start, names)
+    np.testing.assert_allclose(found[:, :3], data.payload[:, np.newaxis] * found[:, 3:], atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(found[:, :3], axis=1), data.payload, atol=1e-12)
+    for rows, tried in ((data, True), (replace(data, payload=np.full(50, 5.0)), False)):
+        inputs = {name for candidate in candidates(arm, rows, threads=1) for name in candidate.inputs}
+        assert ("weight_x" in inputs) is tried
