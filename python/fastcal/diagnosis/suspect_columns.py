@@ -72,7 +72,7 @@ def suspected(search: Search, best: SearchNode) -> Reading | None:
     value, reading = min(better, key=lambda pair: pair[0], default=(np.inf, None))
     if reading is not None and value < enough:
         return reading
-    return _labels(plain)
+    return None if best.suffices else _labels(plain)  # a law of the load that explains all needs no other reading
 
 
 def _asks(best: SearchNode) -> bool:

@@ -209,6 +209,8 @@ def _cause(f: Finding) -> str:
     if f.equivalents:
         others = " or ".join(cause_in_words(*other) for other in f.equivalents)
         return f"{capital}, or {others}: these data can't tell which."
+    if f.grade == "C" and not f.in_model:
+        return f"{capital}, is possible, and no more."
     if f.grade == "C":
         may_be = any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1])
         because = "the cause may be another one" if may_be else "the cause is another one"
