@@ -86,6 +86,21 @@ void bind_identification(py::module_& m) {
       py::call_guard<py::gil_scoped_release>(),
       "Closed-form base and tool and unknowns of the observations, refined; no initial guess is needed.");
 
+  m.def(
+      "start_unknowns",
+      [](const ErrorModel& model, const Samples& samples, const Measurements& measured) {
+        Samples settled = samples;
+        settle(model, model.start(), 1, settled);
+        const Problem problem{model, settled, measured};
+        problem.check();
+        Eigen::VectorXd unknowns;
+        const std::string missing = start_unknowns(problem, unknowns);
+        FASTCAL_CHECK(missing.empty()) << missing;
+        return unknowns;
+      },
+      py::arg("model"), py::arg("samples"), py::arg("measured"), py::call_guard<py::gil_scoped_release>(),
+      "(U,) unknowns of the observations in closed form, for a robot or tree that is where the model puts it.");
+
   py::class_<Identification>(m, "Identification", "What identify() found; SI.")
       .def_property_readonly("status", [](const Identification& self) { return status_name(self.status); })
       .def_readonly("message", &Identification::message)

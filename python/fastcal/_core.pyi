@@ -8,7 +8,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Branch', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Loop', 'Measurements', 'Member', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'join', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'on_branch', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'read_urdf_tree', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
+__all__: list[str] = ['Alignment', 'ArmBending', 'ArmStructure', 'BeamSolver', 'BlockScores', 'Branch', 'Candidates', 'Choice', 'Compensator', 'Effect', 'ErrorModel', 'Field', 'FoldErrors', 'Identification', 'Linearization', 'Loop', 'Measurements', 'Member', 'Observation', 'ObservationEntry', 'Parameter', 'PoseSolver', 'Rig', 'RobotDescription', 'RobotModel', 'SHOWN_BY_LOADS', 'SHOWN_BY_MOTION', 'Samples', 'ScoreTests', 'Separation', 'StiffnessTable', 'StructureElement', 'StructureNode', 'SubsetSearch', 'Tracker', 'TwistMemory', 'align', 'build_dh', 'build_mdh', 'build_poe', 'build_urdf', 'choose_gauge', 'draw', 'draw_design', 'effect_names', 'effect_owners', 'effect_traits', 'exchange_design', 'exp_so3', 'free_parameters', 'grow_design', 'identify', 'instruction_set', 'inverse_kinematics', 'join', 'joint_jacobian', 'linearize', 'log_so3', 'make_effect', 'mass_matrix', 'observability_index', 'observation_entry', 'observation_names', 'on_branch', 'posture_obstacles', 'quaternion_to_rotation', 'read_urdf', 'read_urdf_tree', 'residuals', 'rotation_about', 'rotation_to_axis', 'rotation_to_rpy', 'rpy_to_rotation', 'separate', 'spread_points', 'start_unknowns', 'surrogate_inputs', 'tabulated_effect', 'visiting_order']
 class Parameter:
     """
     A named number of a model, in SI.
@@ -978,6 +978,10 @@ def separate(common: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m
 def spread_points(x: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.f_contiguous"], first: typing.SupportsInt | typing.SupportsIndex, most: typing.SupportsInt | typing.SupportsIndex, apart: typing.SupportsFloat | typing.SupportsIndex) -> list[int]:
     """
     Rows of x (N, d): `first` and then, each time, the one that is farthest from all chosen before; at most `most`, none nearer than `apart` to another.
+    """
+def start_unknowns(model: ErrorModel, samples: Samples, measured: Measurements) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    """
+    (U,) unknowns of the observations in closed form, for a robot or tree that is where the model puts it.
     """
 def surrogate_inputs(model: ErrorModel, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], names: str, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     """

@@ -54,6 +54,7 @@ UNITS: dict[str, Unit] = {
         Unit("nm", "torque"),
         Unit("a", "current"),
         Unit("c", "temperature", offset=273.15),
+        Unit("f", "temperature", 5, 9, offset=459.67 * 5 / 9),
         Unit("k", "temperature"),
         Unit("s", "time"),
         Unit("m_s", "speed"),

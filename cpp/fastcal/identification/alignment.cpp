@@ -159,25 +159,6 @@ double misfit(const std::vector<Row>& rows, const Pose& base, const Pose& tool) 
   return std::sqrt(squares[squares.size() / 2]);
 }
 
-/// Closed-form values of the observations' unknowns for a robot that is where the model puts it; returns what is
-/// missing, in a sentence.
-std::string start_unknowns(const Problem& problem, Eigen::VectorXd& unknowns) {
-  unknowns = Eigen::VectorXd::Zero(problem.measured.unknown_count());
-  if (unknowns.size() == 0) return "";
-  std::vector<std::vector<Pose>> frames;
-  RowEvaluator evaluator(problem.model, problem.model.start());
-  for (Eigen::Index i = 0; i < problem.row_count(); ++i) frames.push_back(evaluator.frames(problem.samples.row(i)));
-  for (const PlacedObservation& of : problem.measured.observations()) {
-    if (of.unknown_count == 0) continue;
-    std::vector<Sights> sights;
-    sights.reserve(frames.size());
-    for (const auto& T : frames) sights.push_back(sights_of(of, [&](int frame) { return T[frame]; }));
-    std::string missing = of->start(sights, unknowns.segment(of.first_unknown, of.unknown_count));
-    if (!missing.empty()) return missing;
-  }
-  return "";
-}
-
 /// [m] RMS over rows of what is left of the first observation in m that a row has.
 double rms_of_rows(const Measurements& measured, const RowMatrixXd& r) {
   double sum = 0;
@@ -239,6 +220,23 @@ bool alike(const Pose& a, const Pose& b) {
 }
 
 }  // namespace
+
+std::string start_unknowns(const Problem& problem, Eigen::VectorXd& unknowns) {
+  unknowns = Eigen::VectorXd::Zero(problem.measured.unknown_count());
+  if (unknowns.size() == 0) return "";
+  std::vector<std::vector<Pose>> frames;
+  RowEvaluator evaluator(problem.model, problem.model.start());
+  for (Eigen::Index i = 0; i < problem.row_count(); ++i) frames.push_back(evaluator.frames(problem.samples.row(i)));
+  for (const PlacedObservation& of : problem.measured.observations()) {
+    if (of.unknown_count == 0) continue;
+    std::vector<Sights> sights;
+    sights.reserve(frames.size());
+    for (const auto& T : frames) sights.push_back(sights_of(of, [&](int frame) { return T[frame]; }));
+    std::string missing = of->start(sights, unknowns.segment(of.first_unknown, of.unknown_count));
+    if (!missing.empty()) return missing;
+  }
+  return "";
+}
 
 Alignment align(const Problem& given) {
   given.check();

@@ -31,4 +31,8 @@ struct Alignment {
 /// show of base or tool stays nominal.
 Alignment align(const Problem& problem);
 
+/// Closed-form values of the observations' unknowns for a robot, of one arm or a tree, that is where the model puts it;
+/// returns what is missing, in a sentence.
+std::string start_unknowns(const Problem& problem, Eigen::VectorXd& unknowns);
+
 }  // namespace fastcal

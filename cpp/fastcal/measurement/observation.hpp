@@ -18,7 +18,7 @@
 namespace fastcal {
 
 constexpr int kMostComponents = 3;  ///< numbers of one reading
-constexpr int kMostFrames = 2;      ///< frames of the chain that it may look at
+constexpr int kMostFrames = 4;      ///< frames of the chain that it may look at
 constexpr int kMostUnknowns = 32;   ///< own unknowns on which one reading may depend
 
 /// One reading of an observation. Filled again for each.

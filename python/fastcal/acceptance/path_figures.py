@@ -124,8 +124,8 @@ def path_figures(
     corners = np.asarray(corners, dtype=float)
     if len(corners) < 2 or len(runs) < FEWEST_RUNS:
         raise InvalidInput(
-            f"expected a path of at least 2 points and {FEWEST_RUNS} runs, got {len(corners)} of the one and "
-            f"{len(runs)} of the other"
+            f"expected a path of at least 2 points and at least {FEWEST_RUNS} runs of it, got "
+            f"{_counted(len(corners), 'point')} and {_counted(len(runs), 'run')}"
         )
     steps = np.diff(corners, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
@@ -133,7 +133,7 @@ def path_figures(
         raise InvalidInput(f"points {int(lengths.argmin()) + 1} and {int(lengths.argmin()) + 2} of the path are equal")
     directions = steps / lengths[:, np.newaxis]
     line, along, commanded = _planes(corners, lengths, directions, planes)
-    parts = [_lines_of(run, corners, lengths, directions) for run in runs]
+    parts = [_lines_of(j, run, corners, lengths, directions) for j, run in enumerate(runs)]
     turned = rotation is not None and all(run.rotations is not None for run in runs)
     x = np.empty((len(line), len(runs), 3))
     turns = np.empty_like(x)
@@ -161,6 +161,11 @@ def path_figures(
     )
 
 
+def _counted(count: int, noun: str) -> str:
+    """1 to "1 run", 5 to "5 runs"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def _planes(
     corners: FloatArray, lengths: FloatArray, directions: FloatArray, planes: int
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
@@ -175,7 +180,9 @@ def _planes(
     )
 
 
-def _lines_of(run: PathRun, corners: FloatArray, lengths: FloatArray, directions: FloatArray) -> list[slice]:
+def _lines_of(
+    number: int, run: PathRun, corners: FloatArray, lengths: FloatArray, directions: FloatArray
+) -> list[slice]:
     """The stretch of a run that belongs to each line: parted where the run is nearest to the corner between them.
 
     Corners are looked for one after the other, each among the points from the last corner on up to where the run has
@@ -189,7 +196,7 @@ def _lines_of(run: PathRun, corners: FloatArray, lengths: FloatArray, directions
         near = np.flatnonzero((far >= max(ends[k - 1] - reach, far[cuts[-1]])) & (far <= ends[k - 1] + reach))
         if not len(near):
             raise InvalidInput(
-                f"a run has no point near corner {k + 1} of the path; expected points along the whole of it"
+                f"run {number + 1} has no point near corner {k + 1} of the path; expected points along the whole of it"
             )
         away = np.linalg.norm(run.points[near] - corners[k], axis=1)
         cuts.append(int(near[away.argmin()]))

@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 BAD_SHARE = 0.01  # of the reach; calibrated arms miss by a thousandth at most
 BAD_TURN = to_si(5.0, "deg")  # calibrated arms and cameras miss by a degree at most
+COOLEST_F, HOTTEST_F = 50.0, 120.0  # degrees Fahrenheit of a workshop, 10 to 49 degC
+BESIDE_K = 10.0  # by which rows read as Fahrenheit may lie beyond the other rows
 ACCEPT = "--as-read (in Python as_read=True) accepts the columns as they are"
 
 
@@ -27,15 +29,38 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
     Raises:
         InvalidInput: Another reading of the columns fits at least five times better; both misfits and what was meant.
     """
+    notes = _fahrenheit(data)
     if robot.passive:
-        return []  # another reading of the columns need not close the loops
+        return notes  # another reading of the columns need not close the loops
     bare = robot.with_(effects=[])
     suspicion = plausible(data, bare, bare.forward)
     if suspicion is None:
-        return []
+        return notes
     if as_read or not suspicion.refused:
-        return [suspicion.message]
+        return [*notes, suspicion.message]
     raise InvalidInput(f"{data.source}: {suspicion.message}; {ACCEPT}")
+
+
+def _fahrenheit(data: Dataset) -> list[str]:
+    """Whether temperatures, of all rows or of some, look like degrees Fahrenheit: no fit can tell the scale of all."""
+    if data.temperature is None:
+        return []
+    T = from_si(data.temperature, "c")
+    high = (T > COOLEST_F) & (T < HOTTEST_F)
+    if not high.any():
+        return []
+    if high.all():
+        return [
+            f"temperature_c is between {T.min():.4g} and {T.max():.4g}: if these are degrees Fahrenheit, what depends "
+            f"on temperature is found 1.8 times too small"
+        ]
+    others, read = T[~high], from_si(to_si(T[high], "f"), "c")
+    if read.min() < others.min() - BESIDE_K or read.max() > others.max() + BESIDE_K:
+        return []
+    if T[high].min() - others.max() < BESIDE_K:
+        return []  # an arm that warms up goes through all temperatures
+    rows = ", ".join(map(str, np.flatnonzero(high)[:3]))
+    return [f"temperature_c of {high.sum()} rows ({rows} ...) looks like degrees Fahrenheit beside that of the others"]
 
 
 def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[str]:

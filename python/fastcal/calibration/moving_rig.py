@@ -12,6 +12,7 @@ stood elsewhere in the rows before.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ _NEAR = 0.2  # [s] between rows of one motion
 
 def rig_of(robot: Robot, data: Dataset) -> _core.Rig:
     """The cameras and boards of a robot, as they stand or move in each row of the data."""
-    rig = core_rig(robot.description)
+    rig = core_rig(robot.description, partial(frame_of, joint_count=robot.core.joint_count))
     if not has_rig(robot.description):
         return rig
     cameras = robot.description.cameras

@@ -19,7 +19,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.unknowns import CORNERS, given_rig, unknowns_by_owner
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.rig import pictures
+from fastcal.robot.rig import Seeing, pictures
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -90,15 +90,32 @@ def judged_pictures(
     ways = [drawn for start in starts if (drawn := _drawn(robot, data, start, threads)) is not None]
     if not ways:
         return Pictures(data)
-    drawn = min(ways, key=lambda drawn: _misfit(robot, data, drawn))
-    uv = data.observed[CORNERS].reshape(len(data), -1, 2).copy()
-    again = data.observed[SECOND].reshape(uv.shape) if SECOND in data.observed else np.full_like(uv, np.nan)
+    uv, notes = judged(robot.description, data.observed, ways, mend=mend)
+    return Pictures(replace(data, observed={**data.observed, CORNERS: uv}), notes) if notes else Pictures(data)
+
+
+def judged(
+    rig: Seeing, tables: Mapping[str, FloatArray], ways: Sequence[FloatArray], *, mend: bool
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """(N, 2 K) the corners as they were meant, and what was found, in sentences.
+
+    Args:
+        rig: What has the cameras and boards.
+        tables: CORNERS as the table has them and, where there are any, second pictures under SECOND.
+        ways: (N, K, 2) where each row's posture draws each corner [px], for each place that cameras and boards may
+            have; that which the pictures fit best counts.
+        mend: Put pictures into the rows that they fit, instead of leaving them out.
+    """
+    drawn = min(ways, key=lambda drawn: _misfit(rig, tables[CORNERS], drawn))
+    count = len(drawn)
+    uv = tables[CORNERS].reshape(drawn.shape).copy()
+    again = tables[SECOND].reshape(uv.shape) if SECOND in tables else np.full_like(uv, np.nan)
     notes: list[str] = []
-    for (camera, board), part in pictures(robot.description).items():
+    for (camera, board), part in pictures(rig).items():
         shown = f"board {board} in camera {camera}"
-        there = [(i, of[i, part].copy()) for of in (uv, again) for i in range(len(data))]
+        there = [(i, of[i, part].copy()) for of in (uv, again) for i in range(count)]
         found = [Picture(i, seen) for i, seen in there if np.isfinite(seen).any()]
-        turnable = robot.description.boards[board]["kind"] != "points"
+        turnable = rig.boards[board]["kind"] != "points"
         placed = _placed(found, drawn[:, part], turnable=turnable)
         uv[:, part] = np.nan
         for picture in sorted(placed, key=lambda picture: picture.fits != picture.row, reverse=True):
@@ -112,9 +129,7 @@ def judged_pictures(
         if moved := [picture for picture in placed if picture.fits != picture.row]:
             rows, fits = ([getattr(picture, key) for picture in moved] for key in ("row", "fits"))
             notes.append(_of_other_rows(shown, np.array(rows), np.array(fits), mend))
-    if not notes:
-        return Pictures(data)
-    return Pictures(replace(data, observed={**data.observed, CORNERS: uv.reshape(len(data), -1)}), tuple(notes))
+    return uv.reshape(count, -1), tuple(notes)
 
 
 def seen_by_model(model: Robot, data: Dataset, threads: int = 1, *, mend: bool = False) -> Pictures:
@@ -143,12 +158,12 @@ def _drawn(robot: Robot, data: Dataset, unknowns: Mapping[str, FloatArray] | Non
     return r[:, first : first + observed[CORNERS].shape[1]].reshape(len(data), -1, 2)
 
 
-def _misfit(robot: Robot, data: Dataset, drawn: FloatArray) -> float:
+def _misfit(rig: Seeing, corners: FloatArray, drawn: FloatArray) -> float:
     """Median over pictures of how far their corners are from where they are drawn, from the end that fits [px]."""
-    uv = data.observed[CORNERS].reshape(drawn.shape)
+    uv = corners.reshape(drawn.shape)
     found = []
-    for (_, board), part in pictures(robot.description).items():
-        turnable = robot.description.boards[board]["kind"] != "points"
+    for (_, board), part in pictures(rig).items():
+        turnable = rig.boards[board]["kind"] != "points"
         for i in np.flatnonzero(np.isfinite(uv[:, part]).any(axis=(1, 2))):
             own = drawn[i : i + 1, part]
             ways = (own, own[:, ::-1]) if turnable else (own,)

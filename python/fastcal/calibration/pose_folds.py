@@ -3,7 +3,8 @@
 """Poses dealt out to folds, and how near those lie that were measured one after the other.
 
 Along a path of near poses, noise with a memory errs alike in poses that are alike: a model that follows it predicts
-their neighbours, and wins over poses held out one by one. There stretches of the path are held out.
+their neighbours, and wins over poses held out one by one. There stretches of the path are held out. Rows of one posture
+under several payloads share what a model lacks of it, so that postures are held out where there are enough of them.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.calibration.repeatability import pose_groups
+from fastcal.calibration.repeatability import pose_groups, posture_groups
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal
 
@@ -20,6 +21,8 @@ IntArray = NDArray[np.intp]
 # Successive poses nearer than this share of what poses half the set apart are lie along a path, along which noise lasts
 # from one part of the joints' ranges to the next; rows of a stretch, more than noise with a memory lasts.
 PATH_STEPS, PATH_STRETCH = 0.2, 20
+# Postures from which on they are held out whole: of fewer, those that are left do not fix an arm.
+MIN_POSTURES = 30
 
 
 def measuring_place(data: Dataset) -> IntArray:
@@ -47,11 +50,14 @@ def along_a_path(data: Dataset, near: float = PATH_STEPS) -> bool:
 
 
 def pose_folds(data: Dataset, folds: int, random: np.random.Generator) -> IntArray:
-    """(N,) fold 0 ... folds - 1 of each row: poses are dealt out at random, all visits of one to one fold.
+    """(N,) fold 0 ... folds - 1 of each row: postures are dealt out at random, all visits of one to one fold.
 
-    Along a path its stretches are dealt out, each pose in that of its first visit.
+    Along a path its stretches are dealt out, each posture in that of its first visit. Of fewer than MIN_POSTURES poses
+    are, which differ by their payload too.
     """
-    part = pose_groups(data)
+    part = posture_groups(data)
+    if part.max() + 1 < MIN_POSTURES:
+        part = pose_groups(data)
     place = measuring_place(data)
     first = np.full(int(part.max()) + 1, len(data))
     np.minimum.at(first, part, place)

@@ -112,9 +112,17 @@ def _range(values: FloatArray, unit: str) -> dict[str, float] | None:
 
 def pose_groups(data: Dataset) -> GroupArray:
     """(N,) 0 ... poses - 1: rows with the same commanded joints and payload have the same number."""
+    return _as_commanded(np.column_stack([data.q, data.payload]))
+
+
+def posture_groups(data: Dataset) -> GroupArray:
+    """(N,) the same with any payload: what a model lacks of a posture is alike in all rows of it."""
+    return _as_commanded(data.q)
+
+
+def _as_commanded(values: NDArray[np.float64]) -> GroupArray:
     # 1e-6 rad or m: commands are rounded in files, and nobody commands two poses that close
-    keys = np.round(np.column_stack([data.q, data.payload]) / 1e-6).astype(np.int64)
-    return numbered(keys)
+    return numbered(np.round(values / 1e-6).astype(np.int64))
 
 
 def place_groups(values: NDArray[np.float64], bins: int) -> GroupArray:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
+from fastcal.robot.rig import known_within
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -24,7 +25,7 @@ def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
     base that stands on a fork of one URDF is the origin of its first joint.
     """
     core, parameters = cell.core, cell.core.parameters
-    between = _frames_between(core, [*readings.views, *(known.view for known in cell.distances)])
+    between = _frames_between(core, readings.sights(cell))
     kinds = [name.partition("@") for name in readings.tables]
     turned = {view.partition(":")[0] for kind, _, view in kinds if kind == "rotation"}
     sensors = {view.partition(":")[2] for kind, _, view in kinds if kind in ("position", "rotation")}
@@ -49,11 +50,12 @@ def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
     return out
 
 
-def priors(cell: Cell, asked: list[int], sizes: float | None) -> dict[str, Any]:
+def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes: float | None) -> dict[str, Any]:
     """Priors as keyword arguments of the core's `identify`.
 
     Args:
         cell: Says within what the places of its members are known.
+        unknowns: Of what was read, behind the parameters.
         asked: The parameters that are identified.
         sizes: Hold the geometry of the arms within so many plausible sizes of where it is; None: not at all.
     """
@@ -73,6 +75,7 @@ def priors(cell: Cell, asked: list[int], sizes: float | None) -> dict[str, Any]:
     chosen = np.zeros(len(mean), dtype=bool)
     chosen[asked] = True
     sigma[~chosen] = np.inf
+    mean, sigma = np.append(mean, np.zeros(len(unknowns))), np.append(sigma, known_within(cell, unknowns))
     return {"prior_mean": mean, "prior_sigma": sigma} if np.isfinite(sigma).any() else {}
 
 

@@ -15,10 +15,12 @@ from fastcal import _core
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.kind_noise import noise_by_kind
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
+from fastcal.calibration.unknowns import unknowns_found
 from fastcal.cells.asked import asked_parameters, priors
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json
 from fastcal.cells.readings import Readings
+from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
 from fastcal.cells.start import started
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.errors import InvalidInput
@@ -85,6 +87,7 @@ def calibrate_cell(
     readings: Readings,
     *,
     test: Readings | None = None,
+    mend: bool = False,
     loss: str = "tukey",
     threads: int = 1,
     progress: Progress | None = None,
@@ -98,6 +101,7 @@ def calibrate_cell(
         cell: As its file says, or an identified one as a new start.
         readings: Postures and what was read in them.
         test: Others, only reported on.
+        mend: Put pictures that are of other postures where they fit, instead of leaving them out.
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
@@ -106,23 +110,28 @@ def calibrate_cell(
         InvalidInput: Nothing was read, or of a frame that the cell does not have.
     """
     report = progress or (lambda text: None)
-    if not readings.views:
-        raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET")
+    if not readings.sights(cell):
+        raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET, or corners")
     report("placing the members of the cell")
+    readings = judged_readings(cell, readings, mend=mend)
     start = started(cell, readings)
+    places = rig_start(start, readings)
     asked = asked_parameters(start, readings)
     sizes = None
     if _numbers_of(start, readings) < _ENOUGH * len(asked):
         report("choosing how much the geometry is held")
-        sizes = _chosen_hold(start, readings, asked, loss, threads)
+        sizes = _chosen_hold(start, readings, asked, places, loss, threads)
     report("identifying")
-    found = _identified(start, readings, asked, sizes, loss, threads)
+    found = _identified(start, readings, asked, places, sizes, loss, threads)
     measured = readings.measured(start)
-    model = start.with_values(np.asarray(found.theta))
+    model = _there(start, measured, found)
+    test = None if test is None else judged_readings(model, test, known=True, mend=mend)
+    unknowns = measured.parameters
+    before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))
     names = [full_name(parameter) for parameter in found.parameters]
     return CellResult(
         cell=model,
-        nominal=start,
+        nominal=before,
         status=found.status,
         message=found.message,
         parameters=_parameter_table(found, np.asarray(start.model.start)),
@@ -134,8 +143,8 @@ def calibrate_cell(
         degrees_of_freedom=found.degrees_of_freedom,
         noise=noise_by_kind(measured, found),
         outliers=list(found.outliers),
-        train=kind_errors(model, readings, start),
-        test=None if test is None else kind_errors(model, test, start),
+        train=kind_errors(model, readings, before),
+        test=None if test is None else kind_errors(model, test, before),
         held=""
         if sizes is None
         else f"the geometry is held within {sizes:g} plausible sizes of what the files say, which predicts held-out "
@@ -145,26 +154,36 @@ def calibrate_cell(
 
 
 def _identified(
-    cell: Cell, readings: Readings, asked: list[int], sizes: float | None, loss: str, threads: int
+    cell: Cell, readings: Readings, asked: list[int], places: RigStart, sizes: float | None, loss: str, threads: int
 ) -> _core.Identification:
-    held = priors(cell, asked, sizes)
-    return _core.identify(
-        cell.model, readings.samples(), readings.measured(cell), asked=asked, loss=loss, threads=threads, **held
-    )
+    measured = readings.measured(cell)
+    given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
+    given["unknowns"] = places.of(measured.parameters)
+    given |= priors(cell, asked, measured.parameters, sizes)
+    return _core.identify(cell.model, readings.samples(), measured, **given)
 
 
-def _chosen_hold(cell: Cell, readings: Readings, asked: list[int], loss: str, threads: int) -> float | None:
+def _there(cell: Cell, measured: _core.Measurements, found: _core.Identification) -> Cell:
+    """The cell as it was identified."""
+    unknowns = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
+    return cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, *unknowns)
+
+
+def _chosen_hold(
+    cell: Cell, readings: Readings, asked: list[int], places: RigStart, loss: str, threads: int
+) -> float | None:
     """Of HOLDS the one whose held-out postures are predicted best: every fifth is held out in turn."""
-    places = np.arange(len(readings)) % _FOLDS
+    fold_of = np.arange(len(readings)) % _FOLDS
 
     def cost(sizes: float | None) -> float:
         errors: dict[str, list[FloatArray]] = {}
         for fold in range(_FOLDS):
-            found = _identified(cell, readings.pick(np.flatnonzero(places != fold)), asked, sizes, loss, threads)
+            used = readings.pick(np.flatnonzero(fold_of != fold))
+            found = _identified(cell, used, asked, places, sizes, loss, threads)
             if found.status == "too_few_equations":
                 return float("inf")
-            there = cell.with_values(np.asarray(found.theta))
-            for name, of in kind_errors(there, readings.pick(np.flatnonzero(places == fold))).items():
+            there = _there(cell, used.measured(cell), found)
+            for name, of in kind_errors(there, readings.pick(np.flatnonzero(fold_of == fold))).items():
                 errors.setdefault(name, []).append(of.after[~np.isnan(of.after)])
         return float(sum(np.log(np.median(np.concatenate(of)) + 1e-300) for of in errors.values()))
 
@@ -182,7 +201,8 @@ def _numbers_of(cell: Cell, readings: Readings) -> int:
 
 
 def _parameter_table(found: _core.Identification, nominal: FloatArray) -> list[IdentifiedParameter]:
-    """Identified numbers in edge units."""
+    """Identified numbers in edge units; those of cameras and boards are changes of what the file has."""
+    nominal = np.append(nominal, np.zeros(len(found.theta) - len(nominal)))
     theta, deviations = np.asarray(found.theta), np.sqrt(np.diag(found.covariance))
     parameters, out = found.parameters, []
     for i, deviation in zip(found.free, deviations.tolist(), strict=True):

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,6 +19,7 @@ from fastcal.errors import InvalidInput
 from fastcal.place import joint_position
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import Values, frame_spec, identified_spec
+from fastcal.robot.rig import core_rig, with_found
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Spec
 from fastcal.units import to_si
@@ -97,12 +99,18 @@ class Distance:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """Arms and points, in the order of the file; each stands on the world or on something of the cell."""
+    """Arms, points, cameras and boards, in the order of the file; each stands on the world or on another's frame.
+
+    Attributes:
+        cameras, boards: By their names, as a robot's spec has them; `on` names a frame of the tree.
+    """
 
     name: str
     arms: tuple[Arm, ...]
     points: tuple[Point, ...] = ()
     distances: tuple[Distance, ...] = ()
+    cameras: Mapping[str, Spec] = field(default_factory=dict)
+    boards: Mapping[str, Spec] = field(default_factory=dict)
 
     def arm(self, name: str) -> Arm:
         """The arm of this name."""
@@ -132,6 +140,11 @@ class Cell:
         return _core.ErrorModel(self.core, effects, np.asarray(values, dtype=float))
 
     @cached_property
+    def rig(self) -> _core.Rig:
+        """Cameras and boards. InvalidInput where one stands on a frame that there is not."""
+        return core_rig(self, self.core.frame)
+
+    @cached_property
     def joint_columns(self) -> list[tuple[str, ...]]:
         """As `Arm.joint_columns`, of all joints in the order of the tree."""
         arms = {arm.name: arm for arm in self.arms}
@@ -147,6 +160,11 @@ class Cell:
         """How surely it is known where a branch stands."""
         members: list[Arm | Point] = [*self.arms, *self.points]
         return next(of.known for of in members if of.name == name)
+
+    def with_rig(self, unknowns: Sequence[_core.Parameter], values: FloatArray, std: FloatArray) -> Cell:
+        """The cell with cameras and boards, and lenses, changed by values (U,) of their unknowns, SI."""
+        rig = with_found({"cameras": dict(self.cameras), "boards": dict(self.boards)}, unknowns, values, std)
+        return replace(self, cameras=rig["cameras"], boards=rig["boards"])
 
     def with_values(self, theta: FloatArray) -> Cell:
         """The cell with other values (P,) of the tree's parameters, SI; effects of arms stay as they are."""

@@ -38,9 +38,10 @@ def kinds_json(kinds: Mapping[str, KindErrors]) -> dict[str, Any]:
 def _numbers(cell: Cell, readings: Readings) -> dict[Kind, FloatArray]:
     """(N, views, c) of each kind."""
     model, measured = cell.model, readings.measured(cell)
-    r = np.asarray(_core.residuals(model, readings.samples(), measured, model.start))
+    as_it_is = np.append(np.asarray(model.start), np.zeros(len(measured.parameters)))
+    r = np.asarray(_core.residuals(model, readings.samples(), measured, as_it_is))
     found: dict[Kind, list[FloatArray]] = {}
     for of in measured.observations:
         part = r[:, of.first_number : of.first_number + len(of.components)]
-        found.setdefault(of_observation(of), []).append(part)
-    return {kind: np.stack(parts, axis=1) for kind, parts in found.items()}
+        found.setdefault(of_observation(of), []).append(part.reshape(len(part), of.reading_count, -1))
+    return {kind: np.concatenate(parts, axis=1) for kind, parts in found.items()}

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell, Distance
+from fastcal.robot.rig import pictures
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -22,7 +24,8 @@ class Readings:
 
     Attributes:
         q: (N, n) joint positions in the order of the tree [rad, m].
-        tables: Of each field and view, such as `position@smr:camera`, (N, c) numbers, SI, NaN where not read.
+        tables: Of each field and view, such as `position@smr:camera`, (N, c) numbers, SI, NaN where not read; `corner`
+            and `sigma_corner` are of all pictures of a posture.
         source: The file.
         notes: What a reader should know, a sentence each.
     """
@@ -38,7 +41,8 @@ class Readings:
     @property
     def views(self) -> list[str]:
         """TARGET or TARGET:SENSOR of what was read, each once."""
-        return list(dict.fromkeys(name.partition("@")[2] for name in self.tables if not name.startswith("sigma")))
+        seen = (name.partition("@")[2] for name in self.tables if not name.startswith("sigma"))
+        return list(dict.fromkeys(view for view in seen if view))
 
     def pick(self, rows: NDArray[np.intp]) -> Readings:
         """Some rows."""
@@ -54,7 +58,21 @@ class Readings:
         tables = dict(self.tables)
         for known in cell.distances:
             tables |= _known(cell, known, len(self))
-        return _core.Measurements(cell.core, len(self), tables)
+        return _core.Measurements(cell.core, len(self), tables, {}, cell.rig)
+
+    def sights(self, cell: Cell) -> list[str]:
+        """TARGET:SENSOR, frames of the cell, of all that tells one from the other: `views`, lengths and pictures."""
+        return [*self.views, *(known.view for known in cell.distances), *self._pictures(cell)]
+
+    def _pictures(self, cell: Cell) -> list[str]:
+        uv = self.tables.get(CORNERS)
+        if uv is None:
+            return []
+        return [
+            f"{cell.boards[board]['on']}:{cell.cameras[camera]['on']}"
+            for (camera, board), part in pictures(cell).items()
+            if np.isfinite(uv[:, 2 * part.start : 2 * part.stop]).any()
+        ]
 
 
 def _known(cell: Cell, known: Distance, rows: int) -> dict[str, FloatArray]:

@@ -102,7 +102,9 @@ def calibrate(
             "--limit-mm": (limit_mm, None),
             "--tracker": (tracker, None),
         }
-        calibrate_cell(robot, data, output, test, loss, threads, only_of_arms, hand_eye or [])
+        calibrate_cell(
+            robot, data, output, test, (corners, test_corners), mend, loss, threads, only_of_arms, hand_eye or []
+        )
         return
     _check_options(limit_mm, choose, least_squares=method == "nls" and not priors)
     check_folder(output, FILES)

@@ -23,6 +23,8 @@ def calibrate_cell(
     data: list[Path],
     output: Path,
     test: Path | None,
+    corners: tuple[Path | None, Path | None],
+    mend: bool,
     loss: str,
     threads: int,
     given: Mapping[str, Any],
@@ -30,16 +32,17 @@ def calibrate_cell(
 ) -> None:
     """Identifies all arms of a cell and where its members stand; model.yaml and result.json into `output`.
 
-    `given`: options of `fastcal calibrate` that a cell does not take, and what they are where they were not given.
+    `corners`: of `data` and of `test`. `given`: options of `fastcal calibrate` that a cell does not take, and what they
+    are where they were not given.
     """
     from fastcal.cells.calibrate import calibrate_cell as calibrated
     from fastcal.cells.cameras import cell_hand_eyes
     from fastcal.cli.hand_eye import check_hand_eyes, write
+    from fastcal.importers.corners import load_seen_readings
     from fastcal.io.atomic import write_text
     from fastcal.io.folder import atomic_folder, check_folder
     from fastcal.io.results import write_json
     from fastcal.io.tree_file import cell_text, load_cell
-    from fastcal.io.tree_readings import load_readings
 
     check_folder(output, FILES)
     check_hand_eyes(hand_eye)
@@ -47,10 +50,10 @@ def calibrate_cell(
     nominal = load_cell(cell)
     if hand_eye:
         cell_hand_eyes(nominal)  # says so where there is no sensor
-    readings = load_readings(_one(data), nominal)
-    other = None if test is None else load_readings(test, nominal)
+    readings = load_seen_readings(_one(data), nominal, corners[0])
+    other = None if test is None else load_seen_readings(test, nominal, corners[1])
     with progress() as show:
-        found = calibrated(nominal, readings, test=other, loss=loss, threads=threads, progress=show)
+        found = calibrated(nominal, readings, test=other, mend=mend, loss=loss, threads=threads, progress=show)
     with atomic_folder(output, FILES) as folder:
         write_json(folder / "result.json", found.to_json_dict())
         if found.parameters:
@@ -73,15 +76,16 @@ def calibrate_cell(
         raise typer.Exit(NOT_CONVERGED)
 
 
-def evaluate_cell(model: str, data: list[Path], output: Path | None) -> None:
+def evaluate_cell(model: str, data: list[Path], corners: Path | None, output: Path | None) -> None:
     """Compares a cell with readings of other postures."""
     from fastcal.cells.errors import kind_errors, kinds_json
+    from fastcal.cells.rig_start import judged_readings
+    from fastcal.importers.corners import load_seen_readings
     from fastcal.io.results import write_json
     from fastcal.io.tree_file import load_cell
-    from fastcal.io.tree_readings import load_readings
 
     cell = load_cell(model)
-    readings = load_readings(_one(data), cell)
+    readings = judged_readings(cell, load_seen_readings(_one(data), cell, corners), known=True)
     kinds = kind_errors(cell, readings)
     content = {"count": len(readings), "kinds": kinds_json(kinds)}
     if output is not None:

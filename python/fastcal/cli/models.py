@@ -86,7 +86,7 @@ def evaluate(
     if is_cell(model):
         from fastcal.cli.cells import evaluate_cell
 
-        evaluate_cell(model, data, output)
+        evaluate_cell(model, data, corners, output)
         return
     robot = load_robot(model)
     looked = seen_by_model(robot, load_seen(data, robot, corners), threads)

@@ -102,7 +102,7 @@ def diagnose(
             found = _found(robot, data, test, library, sigma, threads, notify, lost)
         reading = None if found.rows is not None else suspect_columns.suspected(found.search, found.told.best)
         if reading is not None:
-            notify("with another reading of the payload")
+            notify("with another reading of a column")
             data = reading.of(data)
             library = build_library(robot, data, library.excluded)
             found = _found(robot, data, test, library, sigma, threads, notify, found.lost)

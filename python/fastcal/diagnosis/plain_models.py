@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
-from fastcal.calibration.repeatability import pose_groups
+from fastcal.calibration.repeatability import posture_groups
 from fastcal.calibration.shrinkage import shrinkage
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
@@ -52,7 +52,6 @@ class Judged:
         by_least_squares: Of all rows, with the noise white?
         lead: Share by which it leaves less of what held-out rows are off by, squared, than what was found.
         has_surrogate: Is it written for what it leaves as a smooth function?
-        pose: (N,) of each measured row: rows of one err alike; None: each row has its own.
         is_chosen: Has it a part of the laws of all joints, those that help to predict the rows held out?
     """
 
@@ -62,7 +61,6 @@ class Judged:
     by_least_squares: bool = False
     lead: float = 0.0
     has_surrogate: bool = False
-    pose: NDArray[np.intp] | None = None
     is_chosen: bool = False
 
     @property
@@ -115,8 +113,7 @@ def _where(owners: Sequence[str], joints: int) -> str:
 def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:
     """A model with its held-out rows."""
     kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in JUDGED)
-    squares, pose = np.mean(list(kinds), axis=0), pose_groups(model.fit.problem.data)
-    return Judged(model, squares, is_plain, by_least_squares, pose=pose)
+    return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares)
 
 
 def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
@@ -137,7 +134,7 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
 
 
 def _beats(one: Judged, other: Judged, errors: float) -> bool:
-    less, error = gain(one.squares, other.squares, one.pose)
+    less, error = gain(one.squares, other.squares, posture_groups(one.model.fit.problem.data))
     return less > max(rules.MIN_PLAIN_SHARE, errors * error)
 
 

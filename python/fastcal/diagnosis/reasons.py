@@ -45,6 +45,7 @@ class Reason(Enum):
     PART_OF_A_PLAIN_MODEL = "part of a plain model that predicts held-out poses best"
     PLAIN_MODEL_PREDICTS = "not written: a plain model without it predicts held-out poses better"
     MAY_BE_CHANCE = "not written: noise may have made it"
+    NOT_OF_OTHER_POSTURES = "not written: other postures may not show it"
     CHANGES_OTHERWISE = "not written: what it stands for changes in another way"
 
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
@@ -79,12 +80,14 @@ class SearchNode:
     def gains(self) -> list[tuple[float, float]]:
         """By how much each name helps to predict held-out rows, and its standard error (`held_out.gain`).
 
-        Of what errs by its joint's own position, rows at positions that were held out.
+        Of what errs by its joint's own position, rows at positions that were held out. Rows of one posture may err
+        alike, whatever they carry.
         """
         owners = [name.owner if is_periodic(name) else None for name in self.names]
         held = {owner: HeldOut(self.fit, owner=owner) for owner in dict.fromkeys(owners)}
         whole = {owner: part.squares() for owner, part in held.items()}
-        group = {owner: None if owner is None else positions(self.fit.problem.data, owner) for owner in held}
+        data = self.fit.problem.data
+        group = {owner: posture_groups(data) if owner is None else positions(data, owner) for owner in held}
         return [
             gain(whole[owner], held[owner].squares(self.fit.columns(name)), group[owner])
             for name, owner in zip(self.names, owners, strict=True)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import grading, rules
 from fastcal.diagnosis.library import SLOW, Hypothesis
 from fastcal.diagnosis.reasons import Because, Reason
@@ -39,8 +40,9 @@ class Told:
 def sure_names(search: Search, state: SearchNode) -> tuple[SearchNode, dict[str, Because]]:
     """A set less the names that are no more than likely, the least sure first, and why each is not written.
 
-    Of two that do the same work neither is sure beside the other; once one is out, the other is. The names of a model
-    of many waves were judged together.
+    Where something remains and postures were measured several times, a name must help to predict other postures. Of
+    two that do the same work neither is sure beside the other; once one is out, the other is. The names of a model of
+    many waves were judged together.
     """
     out: dict[str, Because] = {}
     if len(state.names) > rules.MAX_EFFECTS_GROWN:
@@ -55,7 +57,23 @@ def sure_names(search: Search, state: SearchNode) -> tuple[SearchNode, dict[str,
             break
         out[repr(state.names[least])] = Because(Reason.MAY_BE_CHANCE, min(chances[least], 1.0), rules.ALPHA_CERTAIN)
         state = search.without(state, state.names[least])
+    while state.names and not state.suffices and _postures_repeat(state):
+        clear = [
+            less - (rules.MIN_SEARCHED_GAIN if name.searched else rules.MIN_GAIN) * error
+            for name, (less, error) in zip(state.names, state.gains, strict=True)
+        ]
+        least = int(np.argmin(clear))
+        if clear[least] >= 0:
+            break
+        out[repr(state.names[least])] = Because(Reason.NOT_OF_OTHER_POSTURES)
+        state = search.without(state, state.names[least])
     return state, out
+
+
+def _postures_repeat(state: SearchNode) -> bool:
+    """Do several rows show one posture? What remains of it makes each of them look like more evidence than it is."""
+    posture = posture_groups(state.fit.problem.data)
+    return bool(posture.max() + 1 < len(posture))
 
 
 def _changing_otherwise(search: Search, state: SearchNode) -> list[Hypothesis]:

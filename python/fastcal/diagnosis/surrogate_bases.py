@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import robot_of
 from fastcal.diagnosis.held_out import fold_of, gain
@@ -39,7 +40,7 @@ def best_with_surrogate(written: Judged, simpler: Sequence[Model], level: NoiseL
         if less is None:
             continue
         one = judged(model, is_plain=True)
-        share, error = gain(one.squares - less, own, one.pose)
+        share, error = gain(one.squares - less, own, posture_groups(model.fit.problem.data))
         if share > max(lead, rules.MIN_PLAIN_SHARE, rules.MIN_GAIN * error):
             best, lead = replace(one, lead=share, has_surrogate=True), share
     return best

@@ -3,13 +3,14 @@
 """Is a column of the data another thing than its title says? A payload in pounds, a row late, with labels exchanged.
 
 A payload that is wrong makes causes: a mass, a compliance that bends, a drift. So where a set of names leaves something
-or needs more than plain compliances, other readings of the column are fitted beside these. One is believed where it
-does the work of all that was named, with odds of 1 : 22 000, and leaves less than half of what else remains.
+or needs more than plain compliances, other readings of the column are fitted beside these. Directions of approach that
+are a row late hide a backlash altogether, so those of the rows beside are always tried. One is believed where it does
+the work of all that was named, with odds of 1 : 22 000, and leaves less than half of what else remains.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -18,10 +19,11 @@ from numpy.typing import NDArray
 
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.library import SLOW
+from fastcal.diagnosis.library import SLOW, Hypothesis
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.entries import traits_of
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.last_moves import last_moves
 from fastcal.measurements.observations import without_measured
 from fastcal.units import from_si, to_si
 
@@ -42,37 +44,70 @@ class Reading:
 
     Attributes:
         words: What does not fit and what does, as a sentence without its capital and full stop.
-        payload: (N,) that fits [kg]; None: it is not known in the rows `without`.
+        payload: (N,) that fits [kg]; None: it is believed, or not known in the rows `without`.
+        approach: (N, n) that fits; None: it is believed.
         without: Rows that no fit should hold.
     """
 
     words: str
     payload: FloatArray | None = None
+    approach: FloatArray | None = None
     without: NDArray[np.intp] | None = None
 
     def of(self, data: Dataset) -> Dataset:
         """The rows as they are read so."""
         data = data if self.payload is None else replace(data, payload=self.payload)
+        if self.approach is not None:
+            data = replace(data, approach=self.approach, move=last_moves(data.q, self.approach))
         return data if self.without is None else without_measured(data, self.without)
 
 
 def suspected(search: Search, best: SearchNode) -> Reading | None:
-    """The reading of the payload that does the work of what was named; None: the column is believed."""
-    problem = search.problem
-    if not problem.data.payload.any() or not _asks(best):
+    """The reading of a column that does the work of what was named; None: the columns are believed."""
+    return _suspected_payload(search, best) or _suspected_approach(search, best)
+
+
+def _suspected_payload(search: Search, best: SearchNode) -> Reading | None:
+    data = search.problem.data
+    if not data.payload.any() or not _asks(best):
         return None
     plain = _plain(search, best)
     if plain is None:
         return None
-    tried = list(_readings(problem.data))
-    readings = [(reading, replace(problem, data=reading.of(problem.data))) for reading in tried]
-    found = [(reading, fit(read, plain.names, plain.fit)) for reading, read in readings]
+    return _better(search, best, plain, _readings(data)) or _labels(plain, best)
+
+
+def _suspected_approach(search: Search, best: SearchNode) -> Reading | None:
+    """The directions of another row, with which joints have play that have none with those of their own."""
+    approach = search.problem.data.approach
+    plays = {name.owner: name for name in search.problem.names if _turns_with_approach(name)}
+    if approach is None or not plays:
+        return None
+    readings = [
+        Reading(f"the approach columns do not fit these rows: {words}", approach=shifted)
+        for words, shifted in (
+            ("those of the row before do", np.vstack([approach[:1], approach[:-1]])),
+            ("those of the row behind do", np.vstack([approach[1:], approach[-1:]])),
+        )
+    ]
+    return _better(search, best, search.state(list(plays.values()), search.start), readings)
+
+
+def _turns_with_approach(name: Hypothesis) -> bool:
+    sources = name.traits.depends_on
+    return not name.variant and bool(sources) and all(source.startswith("approach") for source in sources)
+
+
+def _better(search: Search, best: SearchNode, plain: SearchNode, readings: Iterable[Reading]) -> Reading | None:
+    """The reading with which the plain names do the work of the best set; None: none does."""
+    problem = search.problem
+    found = [
+        (reading, fit(replace(problem, data=reading.of(problem.data)), plain.names, plain.fit)) for reading in readings
+    ]
     enough = min(best.bic, plain.bic) - rules.SLOW_MOTION_BIC
     better = [(_bic(one, plain), reading) for reading, one in found if _leaves_half(one, plain.fit)]
     value, reading = min(better, key=lambda pair: pair[0], default=(np.inf, None))
-    if reading is not None and value < enough:
-        return reading
-    return None if best.suffices else _labels(plain)  # a law of the load that explains all needs no other reading
+    return reading if value < enough else None
 
 
 def _asks(best: SearchNode) -> bool:
@@ -142,16 +177,18 @@ def _leaves_half(found: Fit, plain: Fit) -> bool:
     return found.converged and beyond < min(0.5 * (plain.remaining - plain.freedom), _noise_of(found))
 
 
-def _labels(plain: SearchNode) -> Reading | None:
+def _labels(plain: SearchNode, best: SearchNode) -> Reading | None:
     """Rows of one payload that do not carry it, such as a column that is 0 in every second row.
 
-    The others must be fitted by themselves, down to the noise, and their model must miss these rows by more than it is
-    unsure of them. Where that is so of several payloads, what is missing merely grows with them.
+    The others must be fitted by themselves, down to the noise and better than what was named fits all, and their model
+    must miss these rows by more than it is unsure of them. Where that is so of several payloads, what is missing merely
+    grows with them.
     """
     at = plain.fit
     problem, data = at.problem, at.problem.data
     levels = np.unique(data.payload)
     found: list[Reading] = []
+    by_names = min(one.remaining / one.freedom for one in (at, best.fit))
     for level in levels if len(levels) <= _MOST_LABELS else ():
         among = data.payload == level
         if not _FEW < among.mean() < 1 - _FEW or not np.ptp(data.payload[~among]) > 0:
@@ -159,7 +196,7 @@ def _labels(plain: SearchNode) -> Reading | None:
         rest = fit(problem.with_rows(problem.used & ~among), plain.names, at)
         own = rest.remaining / rest.freedom
         is_all = rest.remaining - rest.freedom < _noise_of(rest)
-        if rest.converged and is_all and own < _CLEARLY * at.remaining / at.freedom and _misses(rest, among, own):
+        if rest.converged and is_all and own < _CLEARLY * by_names and _misses(rest, among, own):
             rows = np.flatnonzero(among)
             first = ", ".join(map(str, rows[:3]))
             words = f"the payload column does not fit rows {first} ..., which have {_kg(level)} kg"

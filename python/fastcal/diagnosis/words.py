@@ -80,6 +80,8 @@ _REASONS = {
     "clearly better",
     Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
     "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
+    Reason.NOT_OF_OTHER_POSTURES: "it is not in the model: postures that were held out with all their payloads are not "
+    "predicted clearly better with it",
     Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for may change with time or temperature in "
     "another way, and poses that are measured later may be predicted worse with it",
     Reason.CURVE_WITHOUT_NAME: "the joint's position error has a shape that no single cause explains",
@@ -222,19 +224,25 @@ def _unproven(found: list[Finding]) -> str:
     """Those of grade B in one sentence, the places of one effect together."""
     if len(found) == 1:
         return f"The data are consistent with {cause_in_words(found[0].effect, found[0].owner)}, but do not prove it."
+    return f"The data are consistent with the following, but prove none of them: {_by_effect(found)}."
+
+
+def _by_effect(found: list[Finding]) -> str:
+    """Causes in words, the places of one effect together: "backlash (lost motion) at joint 2, joint 5"."""
+    if len(found) == 1:
+        return cause_in_words(found[0].effect, found[0].owner)
     places: dict[str, dict[str, None]] = {}  # each once: a joint may have waves of several orders
     for f in found:
         places.setdefault(traits_of(f.effect).phrase, {})[owner_in_words(f.owner)] = None
-    listed = "; ".join(f"{phrase} at {', '.join(owners)}" for phrase, owners in places.items())
-    return f"The data are consistent with the following, but prove none of them: {listed}."
+    return "; ".join(f"{phrase} at {', '.join(owners)}" for phrase, owners in places.items())
 
 
 def _plain(found: Diagnosis) -> str:
     """Which model is written where it is one that anyone would try, and which names it does without."""
     if found.plain is None:
         return ""
-    left = [cause_in_words(f.effect, f.owner) for f in found.effects if _is_outdone(f)]
-    without = f" It does without {'; '.join(left)}." if left else ""
+    left = [f for f in found.effects if _is_outdone(f)]
+    without = f" It does without {_by_effect(left)}." if left else ""
     return f"The model that is written is a plain one: {found.plain}.{without}"
 
 
@@ -250,14 +258,14 @@ def _is_outdone(finding: Finding) -> bool:
 
 def _not_written(effects: list[Finding]) -> str:
     """What was found and is not sure enough to be in the model."""
-    left = [cause_in_words(f.effect, f.owner) for f in effects if not f.in_model and not _is_outdone(f)]
+    left = [f for f in effects if not f.in_model and not _is_outdone(f)]
     if not left:
         return ""
     if len(left) == len(effects):
         return (
             "It is not sure enough to be in the model." if len(left) == 1 else "None is sure enough to be in the model."
         )
-    return f"Not sure enough to be in the model: {'; '.join(left)}."
+    return f"Not sure enough to be in the model: {_by_effect(left)}."
 
 
 def variables_in_words(names: Iterable[str]) -> list[str]:
@@ -299,7 +307,8 @@ def _gain(found: Diagnosis) -> str:
     gap = found.judged_gap
     before, after = gap.sizes[0], gap.sizes[-1]
     of_the_arm = found.gap[-1].added in (NOMINAL_ARM, HELD_ARM)
-    them = "this model" if of_the_arm else f"{'it' if len(found.gap) == 2 else 'them'} in the model"
+    one = len(found.gap) == 2 and sum(f.in_model for f in found.effects) < 2  # a step may add several
+    them = "this model" if of_the_arm else f"{'it' if one else 'them'} in the model"
     moves = "rises" if gap.rises else "falls" if after < before else "does not fall:"
     return (
         f"With {them} the error{_JUDGED[gap.on]} {moves} from {before:.3f} to {after:.3f} {gap.unit} RMS; "

@@ -6,20 +6,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from fastcal.calibration.moving_rig import speeds_of_times
 from fastcal.calibration.pictures import SECOND
+from fastcal.calibration.unknowns import CORNERS
+from fastcal.cells.cell import Cell
+from fastcal.cells.readings import Readings
 from fastcal.errors import ParseError
 from fastcal.importers.loading import load_measurements, load_or_open
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
+from fastcal.io.tree_readings import load_readings
 from fastcal.measurements.dataset import Dataset, FloatArray, IntArray
 from fastcal.measurements.long_dataset import LongDataset
-from fastcal.robot.rig import corner_counts, has_rig, pictures
+from fastcal.robot.rig import Seeing, corner_counts, has_rig, pictures
 from fastcal.robot.robot import Robot
 
 COLUMNS = ("row", "camera", "board", "corner", "u_px", "v_px")
@@ -32,6 +36,17 @@ def load_seen(files: Sequence[str | os.PathLike[str]], robot: Robot, corners: st
     if corners is None:
         return load_measurements(files, robot)
     return with_corners(load_measurements(files, robot, require_measured=False), corners, robot)
+
+
+def load_seen_readings(
+    path: str | os.PathLike[str], cell: Cell, corners: str | os.PathLike[str] | None = None
+) -> Readings:
+    """`load_readings` of a cell, with the corners that its cameras saw in these postures where they are given."""
+    if corners is None:
+        return load_readings(path, cell)
+    readings = load_readings(path, cell, require_measured=False)
+    seen = load_corners(corners, cell, len(readings))
+    return replace(readings, tables={**readings.tables, **seen.tables}, notes=(*readings.notes, *seen.notes))
 
 
 def load_seen_or_open(
@@ -57,15 +72,43 @@ def with_corners(data: Dataset, path: str | os.PathLike[str], robot: Robot) -> D
         ParseError: A row beyond the poses, an unknown camera or board, a corner that the board does not have or that
             lies outside the picture; the sentence names the line.
     """
-    if not has_rig(robot.description):
+    seen = load_corners(path, robot.description, len(data))
+    return replace(
+        data, observed={**data.observed, **seen.tables}, notes=(*data.notes, *seen.notes), speed=_speeds(data)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """What cameras saw in N postures.
+
+    Attributes:
+        tables: `corner` (N, 2 K), u and v of each corner of each picture [px], NaN where not seen; SECOND, likewise,
+            where a row has two pictures of one board; `sigma_corner` (N, K) where given.
+        notes: What a reader should know, a sentence each.
+    """
+
+    tables: dict[str, FloatArray]
+    notes: tuple[str, ...] = ()
+
+
+def load_corners(path: str | os.PathLike[str], rig: Seeing, count: int) -> Corners:
+    """The corners of a table; see `with_corners`.
+
+    Args:
+        path: The table.
+        rig: The robot's spec or the cell that has the cameras and boards.
+        count: Postures.
+    """
+    if not has_rig(rig):
         raise ParseError("holds corners, and the robot file has no cameras or no boards; give a cell file", path)
     table = read_table(path)
     try:
-        return _seen(data, table, robot)
+        return _corners(table, rig, count)
     except ParseError:
         if table.exact is None:
             raise
-    return _seen(data, table.exact(), robot)
+    return _corners(table.exact(), rig, count)
 
 
 def picture_files(path: str | os.PathLike[str] | None) -> dict[tuple[int, str], Path]:
@@ -84,7 +127,7 @@ def picture_files(path: str | os.PathLike[str] | None) -> dict[tuple[int, str], 
     }
 
 
-def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
+def _corners(table: Table, rig: Seeing, rows: int) -> Corners:
     place = {name: k for k, name in enumerate(table.names)}
     missing = [name for name in COLUMNS if name not in place]
     if missing:
@@ -92,56 +135,54 @@ def _seen(data: Dataset, table: Table, robot: Robot) -> Dataset:
             f"column '{missing[0]}' is missing; expected {', '.join(COLUMNS)}, got {', '.join(table.names)}"
         )
     row, corner = (_whole(table, place[name]) for name in ("row", "corner"))
-    if (bad := np.flatnonzero((row < 0) | (row >= len(data)))).size:
-        raise table.error(
-            f"row must be 0 to {len(data) - 1}, as the poses have {len(data)} rows, got {row[bad[0]]}", int(bad[0])
-        )
-    camera = _named(table, place["camera"], list(robot.description.cameras), "camera")
-    board = _named(table, place["board"], list(robot.description.boards), "board")
-    counts = np.array(corner_counts(robot.description))[board]
+    if (bad := np.flatnonzero((row < 0) | (row >= rows))).size:
+        raise table.error(f"row must be 0 to {rows - 1}, as the poses have {rows} rows, got {row[bad[0]]}", int(bad[0]))
+    camera = _named(table, place["camera"], list(rig.cameras), "camera")
+    board = _named(table, place["board"], list(rig.boards), "board")
+    counts = np.array(corner_counts(rig))[board]
     if (bad := np.flatnonzero((corner < 0) | (corner >= counts))).size:
         k = bad[0]
-        name = list(robot.description.boards)[board[k]]
+        name = list(rig.boards)[board[k]]
         raise table.error(f"corner must be 0 to {counts[k] - 1} on board {name}, got {corner[k]}", int(k))
     uv = np.column_stack([_numbers(table, place[name]) for name in ("u_px", "v_px")])
-    sizes = np.array([entry["size_px"] for entry in robot.description.cameras.values()], dtype=np.float64)[camera]
+    sizes = np.array([entry["size_px"] for entry in rig.cameras.values()], dtype=np.float64)[camera]
     beyond = (uv < -_BEYOND * sizes) | (uv > (1 + _BEYOND) * sizes)
     if (bad := np.flatnonzero(beyond.any(axis=1))).size:
         k = bad[0]
-        name = list(robot.description.cameras)[camera[k]]
+        name = list(rig.cameras)[camera[k]]
         size = f"{sizes[k, 0]:.0f} x {sizes[k, 1]:.0f}"
         raise table.error(
             f"({uv[k, 0]:g}, {uv[k, 1]:g}) px lies outside the pictures of camera {name} ({size}); is size_px right?",
             int(k),
         )
-    where = list(pictures(robot.description).values())
-    first = np.array([part.start for part in where]).reshape(len(robot.description.cameras), -1)
+    where = list(pictures(rig).values())
+    first = np.array([part.start for part in where]).reshape(len(rig.cameras), -1)
     at = first[camera, board] + corner
     width = where[-1].stop
     # A row may hold two pictures of a board: one of them belongs to another row, and the arm will say which.
     which = row * width + first[camera, board]
     rest = _second_pictures(which, at)
-    seen = np.full((2, len(data), width, 2), np.nan)
+    seen = np.full((2, rows, width, 2), np.nan)
     for those, own in zip(seen, (np.setdiff1d(np.arange(len(row)), rest), rest), strict=True):
         _, once = np.unique((row * width + at)[own], return_index=True)
         if len(once) < len(own):
             k = int(np.delete(own, once)[0])
             raise table.error(f"row {row[k]}, corner {corner[k]} of this camera and board is given three times", k)
         those[row[own], at[own]] = uv[own]
-    observed: dict[str, FloatArray] = {**data.observed, "corner": seen[0].reshape(len(data), -1)}
-    notes = data.notes
+    tables = {CORNERS: seen[0].reshape(rows, -1)}
+    notes: tuple[str, ...] = ()
     if len(rest):
-        observed[SECOND] = seen[1].reshape(len(data), -1)
-        rows = ", ".join(map(str, np.unique(row[rest]).tolist()))
-        notes = (*notes, f"two pictures of a board by the same camera are in row {rows}: the one that fits is used")
+        tables[SECOND] = seen[1].reshape(rows, -1)
+        twice = ", ".join(map(str, np.unique(row[rest]).tolist()))
+        notes = (f"two pictures of a board by the same camera are in row {twice}: the one that fits is used",)
     if "sigma_px" in place:
         sigma = _numbers(table, place["sigma_px"])
         if (bad := np.flatnonzero(~(sigma > 0))).size:
             raise table.error(f"sigma_px must be above 0, got {sigma[bad[0]]:g}", int(bad[0]))
-        given = np.full((len(data), width), np.nan)
+        given = np.full((rows, width), np.nan)
         given[row, at] = sigma
-        observed["sigma_corner"] = given
-    return replace(data, observed=observed, notes=notes, speed=_speeds(data))
+        tables["sigma_corner"] = given
+    return Corners(tables, notes)
 
 
 def _speeds(data: Dataset) -> FloatArray | None:

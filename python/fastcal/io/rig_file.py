@@ -11,7 +11,7 @@ from typing import Any
 
 from fastcal.io.fields import Fields
 from fastcal.io.regular_file import is_there
-from fastcal.io.rig_schema import check_rig
+from fastcal.io.rig_schema import check_arm_rig
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
 
@@ -38,7 +38,7 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     name = top.text("cell", path.stem)
     arms = Fields(top.take("arms"), "arms", path).rest()
     if len(arms) != 1:
-        top.refuse("arms", f"expected one arm, got {len(arms)}; calibrate and evaluate take several, without cameras")
+        top.refuse("arms", f"expected one arm, got {len(arms)}; calibrate and evaluate take several")
     (arm, given), *_ = arms.items()
     fields = Fields({"robot": given} if isinstance(given, str) else given, f"arms.{arm}", path)
     source = fields.text("robot")
@@ -56,7 +56,7 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     beside = path.parent / source
     spec = read_arm(os.fspath(beside) if is_there(beside) else source, **links)
     spec["base"] = frame_spec(T @ pose(spec["base"]))
-    spec |= check_rig(top, len(spec["joints"]), str(arm))
+    spec |= check_arm_rig(top, len(spec["joints"]), str(arm))
     spec["cell"] = {"name": name, "arm": str(arm)}
     top.done()
     return spec

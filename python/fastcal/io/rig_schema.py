@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +25,12 @@ _LATEST = 10.0  # [s] that a picture is later than its joints
 _FOCAL = (0.05, 50.0)  # of the larger side: no lens for a robot is wider or longer
 
 
-def check_rig(top: Fields, joint_count: int, arm: str = ARM) -> Spec:
-    """`cameras` and `boards` as a robot file keeps them; what is not given has no key.
+def check_rig(top: Fields, frame: Callable[[Fields, str], str]) -> Spec:
+    """`cameras` and `boards` as a robot or cell keeps them; what is not given has no key.
 
     Args:
         top: The file's fields.
-        joint_count: Of the arm.
-        arm: As `on` names it.
+        frame: What `on` names, as it is kept; refuses what there is not, by the fields of the camera or board.
 
     Raises:
         ParseError: The sentence names the camera or board and the key.
@@ -51,7 +51,7 @@ def check_rig(top: Fields, joint_count: int, arm: str = ARM) -> Spec:
                 fields.refuse("", f"the name is given to two things, here and in {owners[name]}")
             owners[name] = key
             fields = _with_files(fields, str(name))
-            found[name] = _placement(fields, joint_count, arm) | check(fields)
+            found[name] = _placement(fields, frame) | check(fields)
             fields.done()
         spec[key] = found
     return spec
@@ -66,10 +66,10 @@ def _with_files(fields: Fields, name: str) -> Fields:
     return fields
 
 
-def _placement(fields: Fields, joint_count: int, arm: str) -> Spec:
+def _placement(fields: Fields, frame: Callable[[Fields, str], str]) -> Spec:
     """What it stands on, where it is there, and how well that is known."""
     out: Spec = {
-        "on": frame_name(fields, fields.text("on"), joint_count, arm),
+        "on": frame(fields, fields.text("on")),
         "xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO),
         "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO),
     }
@@ -99,8 +99,13 @@ def _knocked(fields: Fields) -> Spec:
     return out
 
 
-def frame_name(fields: Fields, on: str, joint_count: int, arm: str) -> str:
-    """world, arm (its flange), arm.base or arm.linkN."""
+def check_arm_rig(top: Fields, joint_count: int, arm: str = ARM) -> Spec:
+    """`check_rig` of the only arm; `arm` as `on` names it."""
+    return check_rig(top, partial(_frame_of_arm, joint_count=joint_count, arm=arm))
+
+
+def _frame_of_arm(fields: Fields, on: str, *, joint_count: int, arm: str) -> str:
+    """world, arm (its flange), arm.base or arm.linkN; kept with ARM as the arm's name."""
     if on == "world":
         return on
     name, _, part = on.partition(".")

@@ -16,7 +16,7 @@ from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.loop_schema import check_branch, check_loops, check_order
 from fastcal.io.pendant_schema import check_pendant
-from fastcal.io.rig_schema import check_cell_names, check_rig
+from fastcal.io.rig_schema import check_arm_rig, check_cell_names
 from fastcal.io.structure_schema import check_structure
 from fastcal.robot.calibration_record import unpacked
 from fastcal.robot.controller_robot import GEOMETRY
@@ -76,7 +76,7 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     spec["structure"] = check_structure(top.take("structure", {}), [joint["type"] for joint in spec["joints"]], path)
     if top.has("known_distances"):
         spec["known_distances"] = [check_known_distance(fields) for fields in _list(top, "known_distances", 0, 1000)]
-    spec |= check_rig(top, len(joints)) | check_cell_names(top)
+    spec |= check_arm_rig(top, len(joints)) | check_cell_names(top)
     spec |= _additions(top, kind, spec["joints"])
     top.done()
     return spec

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Cell files in and out: YAML of arms, targets and sensors, each with what it stands on."""
+"""Cell files in and out: YAML of arms, targets, sensors, cameras and boards, each with what it stands on."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from fastcal.io.atomic import write_text
 from fastcal.io.fields import Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.regular_file import is_file
+from fastcal.io.rig_schema import check_rig
 from fastcal.io.robot_file import read_spec
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf_tree
@@ -27,15 +28,22 @@ from fastcal.robot.robot import Robot
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
 _ZERO = [0.0, 0.0, 0.0]
+_MOVING = ("time_offset_s", "readout_s", "sag_mm", "sag_deg", "knocked")
 
 
 def is_cell(source: str | os.PathLike[str]) -> bool:
-    """Is it a YAML file of arms? One with cameras is read as a robot with what it carries."""
+    """Is it a YAML file of arms? One arm with cameras and nothing else is read as a robot with what it carries."""
     path = Path(source)
     if path.suffix.lower() not in (".yaml", ".yml") or not is_file(path):
         return False
-    keys = re.findall(r"^(arms|cameras):", read_text(path), re.MULTILINE)
-    return "arms" in keys and "cameras" not in keys
+    if not re.search(r"^['\"]?arms['\"]?:", read_text(path), re.MULTILINE):
+        return False
+    content = read_yaml(path)
+    if not isinstance(content, dict) or "cameras" not in content:
+        return True
+    arms = content.get("arms")
+    several = isinstance(arms, dict) and len(arms) > 1
+    return several or not content.keys().isdisjoint(("targets", "sensors", "known_distances"))
 
 
 @dataclass
@@ -75,8 +83,9 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
         top.refuse("arms", "expected at least one arm, got none")
     points = [_point(key, role, fields) for role in ("target", "sensor") for key, fields in _members(top, f"{role}s")]
     distances = _distances(top)
+    rig = _rig(top)
     top.done()
-    names = [entry.name for entry in entries] + [point.name for point in points]
+    names = [*(entry.name for entry in entries), *(point.name for point in points), *rig["cameras"], *rig["boards"]]
     for twice in sorted({each for each in names if names.count(each) > 1}):
         top.refuse("", f"two members of the cell are named '{twice}'; expected a name for each")
     chains = _chains(entries, Path(path))
@@ -89,14 +98,30 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
 
     arms = tuple(replace(chain.arm, on=stands_on(chain.arm.on)) for chain in chains)
     placed = tuple(Point(of.name, of.role, stands_on(of.on), of.place, of.known) for of in points)
-    cell = Cell(name, arms, placed, distances)
+    for entry in (*rig["cameras"].values(), *rig["boards"].values()):
+        entry["on"] = stands_on(entry["on"])
+    cell = Cell(name, arms, placed, distances, **rig)
+    _check(cell, top)
+    return cell
+
+
+def _check(cell: Cell, top: Fields) -> None:
+    """Stands everything on something that there is?"""
+    for arm in cell.arms:
+        if arm.robot.description.cameras or arm.robot.description.boards:
+            top.refuse(f"arms.{arm.name}", "its robot file has cameras or boards; expected them in the cell's own file")
     try:
         core = cell.core
-        for known in distances:
+        for known in cell.distances:
             _ = core.frame(known.start), core.frame(known.end)
     except InvalidInput as error:
-        raise ParseError(str(error), path) from None
-    return cell
+        raise ParseError(str(error), top.path) from None
+    for key, own in (("cameras", cell.cameras), ("boards", cell.boards)):
+        for name, entry in own.items():
+            try:
+                core.frame(entry["on"])
+            except InvalidInput as error:
+                top.refuse(f"{key}.{name}", f"stands on '{entry['on']:.60}': {error}")
 
 
 def _distances(top: Fields) -> tuple[Distance, ...]:
@@ -113,6 +138,16 @@ def _distances(top: Fields) -> tuple[Distance, ...]:
     return tuple(out)
 
 
+def _rig(top: Fields) -> Spec:
+    """`cameras` and `boards`, whose frames stand in all postures as the joints say."""
+    rig = check_rig(top, lambda fields, on: on)
+    for key in ("cameras", "boards"):
+        for name, entry in rig.setdefault(key, {}).items():
+            if moving := next((own for own in _MOVING if own in entry), None):
+                top.refuse(f"{key}.{name}", f"{moving} is of a cell of one arm; expected none where there are several")
+    return rig
+
+
 def cell_text(cell: Cell, comment: str = "") -> str:
     """The file of a cell, which holds its arms itself; it loads back bit for bit."""
     content: dict[str, Any] = {"cell": cell.name, "arms": {}}
@@ -123,6 +158,9 @@ def cell_text(cell: Cell, comment: str = "") -> str:
     for role in ("target", "sensor"):
         if members := {of.name: _where(of.on, of.place, of.known) for of in cell.points if of.role == role}:
             content[f"{role}s"] = members
+    for key, own in (("cameras", cell.cameras), ("boards", cell.boards)):
+        if own:
+            content[key] = {name: dict(entry) for name, entry in own.items()}
     if cell.distances:
         content["known_distances"] = [
             {"from": of.start, "to": of.end, "mm": of.mm, "sigma_mm": of.sigma_mm} for of in cell.distances

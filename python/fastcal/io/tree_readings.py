@@ -38,8 +38,8 @@ _WIDTH = {"position": 3, "distance": 1, "rotation": 4, "sigma_position": 3, "sig
 _UNIT_LENGTH = 1e-2  # of a quaternion, that is then made one
 
 
-def load_readings(path: str | os.PathLike[str], cell: Cell) -> Readings:
-    """Postures and readings of a cell.
+def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured: bool = True) -> Readings:
+    """Postures and readings of a cell; without `require_measured` a posture may be all that a row holds.
 
     Raises:
         ParseError: A joint has no column, a column names an arm, target or sensor that the cell does not have, has no
@@ -69,13 +69,20 @@ def load_readings(path: str | os.PathLike[str], cell: Cell) -> Readings:
     for name, values in tables.items():
         if name.startswith("rotation"):
             _make_unit(table, name, values)
+    if require_measured:
+        _check_measured(table, cell, tables)
+    return Readings(q, tables, table.path, (*table.notes, *notes))
+
+
+def _check_measured(table: Table, cell: Cell, tables: Mapping[str, FloatArray]) -> None:
+    """Holds each posture a reading?"""
     measured = [values for name, values in tables.items() if not name.startswith("sigma")]
     if not measured:
-        raise table.error("holds no reading; expected columns such as x_mm@TARGET or x_mm@TARGET:SENSOR")
+        more = ", or corners of pictures beside it" if cell.cameras else ""
+        raise table.error(f"holds no reading; expected columns such as x_mm@TARGET or x_mm@TARGET:SENSOR{more}")
     empty = np.all([np.isnan(values).any(axis=1) for values in measured], axis=0)
     if empty.any():
         raise table.error("holds a posture and no reading of any target", int(np.argmax(empty)))
-    return Readings(q, tables, table.path, (*table.notes, *notes))
 
 
 def _joint(table: Table, title: str, base: str, cell: Cell) -> int | None:

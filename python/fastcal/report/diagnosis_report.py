@@ -68,6 +68,7 @@ class _Card:
     """A finding on the page."""
 
     title: str
+    brief: str
     grade: str
     grade_text: str
     estimate: list[tuple[str, str]]
@@ -77,6 +78,7 @@ class _Card:
     drop: str
     figures: list[Figure]
     note: str
+    in_model: bool
     of_cell: bool  # a camera's or a board's
 
 
@@ -247,15 +249,17 @@ def _card(found: Diagnosis, finding: Finding) -> _Card:
     drawn = [] if seen is None else effect_figures.effect_figures(seen, finding.owner, f"effect-{_slug(finding)}")
     return _Card(
         cause,
+        cause.partition(" (")[0],
         finding.grade,
         GRADES[finding.grade],
         shop.estimate_lines(finding.effect, finding.parameters),
         sureness(finding),
-        [reason_text(because, spoken) for because in finding.limits],
+        list(dict.fromkeys(reason_text(because, spoken) for because in finding.limits)),
         [capitalised(cause_in_words(*other)) for other in finding.equivalents],
         drop_command(finding) if finding.in_model and not is_of_rig else "",
         drawn,
         "" if seen is None else effect_figures.left_out_note(seen),
+        finding.in_model,
         is_of_rig,
     )
 

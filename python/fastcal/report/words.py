@@ -143,17 +143,13 @@ def _cameras(result: CalibrationResult) -> list[Remark]:
     for of in result.cameras:
         if of.undetermined:
             text = _(
-                "Camera {camera} on {frame}: {axes} undetermined, as the pictures were taken.",
+                "Camera {camera} on {frame}: {axes} undetermined, as the pictures were taken; {advice}.",
                 camera=of.camera,
                 frame=of.frame,
                 axes=", ".join(of.undetermined),
+                advice=_(of.motion),
             )
-            advice = (
-                _("Turn what carries camera or board about another axis too, by 30 degrees and more.")
-                if of.axes_missing == 1
-                else _("Turn what carries camera or board about two axes across each other, by 30 degrees and more.")
-            )
-            out.append(Remark(f"{text} {advice}", True, "parameters"))
+            out.append(Remark(text, True, "parameters"))
             continue
         text = _(
             "Camera {camera} on {frame}: known to {shift} mm and {turn} deg, and a point at {distance} mm to {point} "

@@ -135,8 +135,7 @@ def scene(
         },
     }
     note = told or _(
-        "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says; arrows "
-        "are clipped at the box.",
+        "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says.",
         frame=frame,
     )
     if len(shown) < row_count:

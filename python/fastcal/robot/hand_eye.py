@@ -79,13 +79,13 @@ def hand_eyes(spec: RobotSpec) -> list[HandEye]:
             T = np.linalg.inv(spec.base.T) @ T
         parent = base if not in_hand else part if part else effector
         board = next(iter(spec.boards), "board")
-        std = _deviations(entry)
+        std = deviations(entry)
         out.append(HandEye(str(name), parent, T, std, in_hand, base, effector, str(board), entry))
     return out
 
 
-def _deviations(entry: Mapping[str, Any]) -> FloatArray:
-    """(6,) SI, NaN where the spec has none."""
+def deviations(entry: Mapping[str, Any]) -> FloatArray:
+    """(6,) of where a camera of a spec was found [m, rad], NaN where the spec has none."""
     found = entry.get("identified") or {}
     parts = [
         to_si(np.array([np.nan if value is None else value for value in found.get(f"std_{unit}") or [None] * 3]), unit)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Cameras and boards of an arm's cell, as its spec has them, for the core: frames, corners, lenses."""
+"""Cameras and boards of an arm or a cell, as its spec has them, for the core: frames, corners, lenses."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from fastcal import _core
 from fastcal.place import place_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.plain_copy import plain_copy
-from fastcal.robot.robot_spec import RobotSpec, Spec
+from fastcal.robot.robot_spec import Spec
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -27,7 +27,21 @@ BEND = ("along_mm", "twist_mm", "across_mm")  # heights of a bent board: z = a x
 _TAG = ((0, 0), (1, 0), (1, 1), (0, 1))  # corners of a tag, as Kalibr counts them
 
 
-def has_rig(spec: RobotSpec) -> bool:
+class Seeing(Protocol):
+    """What has cameras and boards: a robot's spec, or a cell."""
+
+    @property
+    def cameras(self) -> Mapping[str, Spec]:
+        """By their names."""
+        ...
+
+    @property
+    def boards(self) -> Mapping[str, Spec]:
+        """By their names."""
+        ...
+
+
+def has_rig(spec: Seeing) -> bool:
     """Are there a camera and a board?"""
     return bool(spec.cameras) and bool(spec.boards)
 
@@ -66,12 +80,12 @@ def _bent(at: FloatArray, bend_mm: Sequence[float] | None) -> FloatArray:
     return np.column_stack([at[:, :2], to_si(height, "mm")])
 
 
-def corner_counts(spec: RobotSpec) -> list[int]:
+def corner_counts(spec: Seeing) -> list[int]:
     """Corners of each board, in the order of the spec."""
     return [len(board_corners(board)) for board in spec.boards.values()]
 
 
-def pictures(spec: RobotSpec) -> dict[tuple[str, str], slice]:
+def pictures(spec: Seeing) -> dict[tuple[str, str], slice]:
     """Where the corners of each camera and board are among the readings of a row."""
     out, first = {}, 0
     for camera in spec.cameras:
@@ -89,16 +103,18 @@ def frame_of(on: str, joint_count: int) -> int:
     return 2 * joint_count if not part else 0 if part == "base" else 2 * place_of(part).number
 
 
-def core_rig(spec: RobotSpec) -> _core.Rig:
-    """The rig of a spec as the core takes it; empty where it has none."""
+def core_rig(spec: Seeing, frame_number: Callable[[str], int]) -> _core.Rig:
+    """The rig of a spec as the core takes it; empty where it has none.
+
+    `frame_number`: of a frame of the chain or tree, by what `on` calls it.
+    """
     rig = _core.Rig()
     if not has_rig(spec):
         return rig
-    joints = len(spec.joints)
     for name, camera in spec.cameras.items():
         rig.add_camera(
             name,
-            frame_of(camera["on"], joints),
+            frame_number(camera["on"]),
             pose(camera),
             camera.get("fixed", False),
             camera["model"],
@@ -107,7 +123,7 @@ def core_rig(spec: RobotSpec) -> _core.Rig:
         )
     for name, board in spec.boards.items():
         corners = board_corners(board)
-        rig.add_board(name, frame_of(board["on"], joints), pose(board), board.get("fixed", False), corners)
+        rig.add_board(name, frame_number(board["on"]), pose(board), board.get("fixed", False), corners)
     return rig
 
 
@@ -116,7 +132,7 @@ def lens_numbers(camera: Mapping[str, Any]) -> list[float]:
     return [*camera["focal_px"], *camera["centre_px"], *camera["distortion"]]
 
 
-def known_within(spec: RobotSpec, parameters: Sequence[_core.Parameter]) -> FloatArray:
+def known_within(spec: Seeing, parameters: Sequence[_core.Parameter]) -> FloatArray:
     """Standard deviation [SI] of what the spec says of each unknown; infinite where it says nothing."""
     out = np.full(len(parameters), np.inf)
     for k, parameter in enumerate(parameters):

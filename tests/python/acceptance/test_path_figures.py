@@ -85,7 +85,7 @@ def test_corners_are_rounded_or_overshot() -> None:
 @pytest.mark.parametrize(
     ("corners", "count", "said"),
     [
-        (SQUARE, 1, "expected a path of at least 2 points and 2 runs, got 5 of the one and 1 of the other"),
+        (SQUARE, 1, "at least 2 points and at least 2 runs of it, got 5 points and 1 run$"),
         (SQUARE[[0, 0, 1]], 2, "points 1 and 2 of the path are equal"),
         (SQUARE[:2] * [2, 1, 1], 2, "does not pass the plane"),
     ],
@@ -94,3 +94,9 @@ def test_paths_that_cannot_be_judged_are_refused(corners: np.ndarray, count: int
     half = PathRun(np.linspace(SQUARE[0], SQUARE[1], 100))
     with pytest.raises(InvalidInput, match=said):
         path_figures(corners, [half] * count)
+
+
+def test_the_run_that_misses_a_corner_is_named() -> None:
+    whole, bare = driven(1), PathRun(SQUARE[[0, -1]] + [[0, 0, 0], [0, 1e-3, 0]])
+    with pytest.raises(InvalidInput, match=r"^run 2 has no point near corner 2 of the path"):
+        path_figures(SQUARE, [whole, bare])

@@ -54,3 +54,22 @@ def test_all_visits_of_a_pose_are_in_one_fold_with_the_stretch_of_the_first() ->
 def test_a_short_path_still_fills_every_fold() -> None:
     np.testing.assert_array_equal(np.unique(folds(path(FOLDS))), np.arange(FOLDS))
     assert (folds(path()) != folds(path(), seed=1)).any()
+
+
+def folds_of_postures(postures: int) -> NDArray[np.intp]:
+    """(postures, 4) folds of postures under four payloads, measured in any order."""
+    random = np.random.default_rng(8)
+    q, turn = random.uniform(-1, 1, (postures, 3)), random.permutation(4 * postures)
+    data = Dataset.from_arrays(np.repeat(q, 4, axis=0)[turn], payload=np.tile([0.0, 2.0, 4.0, 6.0], postures)[turn])
+    return folds(data)[np.argsort(turn)].reshape(postures, 4)
+
+
+def test_a_posture_is_held_out_under_all_its_payloads() -> None:
+    fold = folds_of_postures(40)
+    np.testing.assert_array_equal(fold, fold[:, :1].repeat(4, axis=1))
+
+
+def test_of_few_postures_poses_are_held_out() -> None:
+    fold = folds_of_postures(10)
+    assert (fold != fold[:, :1]).any()
+    np.testing.assert_array_equal(np.bincount(fold.ravel()), 8)

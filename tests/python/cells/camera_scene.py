@@ -119,8 +119,8 @@ def write(
     return uv
 
 
-def write_corners(folder: Path, uv: FloatArray) -> None:
-    """corners.csv of pictures (N, K, 2); NaN: not seen."""
+def write_corners(folder: Path, uv: FloatArray, name: str = "corners.csv") -> None:
+    """A table of pictures (N, K, 2); NaN: not seen."""
     lines = ["row,camera,board,corner,u_px,v_px"]
     lines += [
         f"{i},wrist,plate,{k},{u:.5f},{v:.5f}"
@@ -128,4 +128,4 @@ def write_corners(folder: Path, uv: FloatArray) -> None:
         for k, (u, v) in enumerate(picture)
         if np.isfinite(u)
     ]
-    (folder / "corners.csv").write_text("\n".join(lines) + "\n")
+    (folder / name).write_text("\n".join(lines) + "\n")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import diagnose
+from fastcal import Robot, diagnose, perturbed, simulate
 from fastcal.measurements.dataset import Dataset
 
-from .rules.small_arm import arm, measured
+from .rules.small_arm import SIGMA, arm, measured
 
 ROWS = 90
 YIELDING = [{"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 8e-6}}]
@@ -45,3 +45,38 @@ def test_another_reading_of_the_payload_is_told(change, words: str) -> None:  # 
     assert words in found.sentence
     assert words in found.notes[0]
     assert [f.label for f in found.effects] == ["joint_compliance@joint2"]
+
+
+def test_a_compliance_that_stiffens_is_no_wrong_payload() -> None:
+    """The law bends beyond what most rows show, so those of one payload alone are missed by a straight one."""
+    stiffening = {
+        "effect": "joint_compliance_nonlinear",
+        "owner": "joint2",
+        "parameters": {"low_rad_nm": 9e-6, "high_rad_nm": 1e-6, "critical_nm": 90.0},
+    }
+    found = diagnose(arm(), measured([stiffening], rows=120))
+    assert "payload column" not in found.sentence
+    assert [f.label for f in found.effects] == ["joint_compliance_nonlinear@joint2"]
+
+
+def with_play(lag: int, seed: int = 3) -> Dataset:
+    """Rows of an arm with play in joint 2, whose directions of approach are written `lag` rows late."""
+    data = measured([], rows=ROWS, seed=seed)
+    approach = np.random.default_rng(seed).choice([-1.0, 1.0], (ROWS, 3))
+    play = {"effect": "backlash", "owner": "joint2", "parameters": {"gap_rad": 4e-4}}
+    true = Robot(dict(perturbed(arm(), seed=seed, length=5e-4, angle=5e-4).spec) | {"effects": [play]})
+    poses = Dataset.from_arrays(data.q, payload=data.payload, approach=approach)
+    rows = simulate(true, poses, noise=SIGMA, seed=seed)
+    return replace(rows, approach=np.roll(approach, lag, axis=0))
+
+
+def test_directions_that_are_a_row_late_are_told() -> None:
+    found = diagnose(arm(), with_play(1))
+    assert "the approach columns do not fit these rows: those of the row behind do" in found.notes[0]
+    assert [f.label for f in found.effects] == ["backlash@joint2"]
+
+
+def test_directions_as_they_were_are_believed() -> None:
+    found = diagnose(arm(), with_play(0))
+    assert "approach columns" not in found.sentence
+    assert [f.label for f in found.effects] == ["backlash@joint2"]

@@ -161,6 +161,43 @@ def test_everybody_can_use_it_in_light_and_dark(found: Diagnosis, fit_for_all) -
     fit_for_all(diagnosis_page(found))
 
 
+SEEN = """() => {
+  document.querySelector("details.flat-views").open = false; // in place of the view that needs WebGL
+  const seen = (e) => e.checkVisibility() && !e.closest(".unseen, .skip, .plot, select, script, style");
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  let words = 0;
+  while (texts.nextNode())
+    if (seen(texts.currentNode.parentElement)) words += (texts.currentNode.textContent.match(/\\S+/g) ?? []).length;
+  const charts = [...document.querySelectorAll(".plot")].filter((plot) => plot.checkVisibility());
+  return [words, charts.length]; }"""
+
+
+@pytest.mark.parametrize("case", ["named", "several", "unexplained", "none"])
+def test_a_page_is_read_in_minutes(chromium, found: Diagnosis, case: str, tmp_path: Path) -> None:
+    """At most 900 words and 12 charts are in sight before anything is unfolded."""
+    (finding,) = found.effects
+    reasons = [Because(reason, 0.01, 15.0, (BlockLabel("joint4", ("q4",)),)) for reason in list(Reason)[:8]]
+    many = [replace(finding, grade="C", limits=reasons)] * 10
+    changed = {
+        "named": {},
+        "several": {"effects": many},
+        "unexplained": {"effects": many, "unexplained": Unexplained("workspace", 0.5, ("x", "y", "z"))},
+        "none": {"effects": [], "steps": found.steps[:1], "gap": found.gap[:1], "ranking": []},
+    }[case]
+    (tmp_path / "page.html").write_text(diagnosis_page(replace(found, verdict=case, **changed)), encoding="utf-8")
+    page = chromium.new_page(viewport={"width": 1400, "height": 900})
+    page.goto((tmp_path / "page.html").as_uri())
+    page.locator('body[data-state="ready"]').wait_for(timeout=120_000)
+    words, charts = page.evaluate(SEEN)
+    assert 300 < words <= 900
+    assert 3 <= charts <= 12
+    if case == "several":  # a chip opens the card that it leads to
+        page.locator('a[href="#cause-2"]').click()
+        page.locator("#cause-2 .why").wait_for()
+        assert page.evaluate(SEEN)[0] > words + 50
+    page.close()
+
+
 def test_many_causes_print_on_four_sheets(browser, found: Diagnosis, tmp_path: Path) -> None:
     """The first eight with their names and sizes, the first one's figure; the screen has all."""
     (finding,) = found.effects

@@ -13,6 +13,7 @@ import pytest
 from jinja2 import nodes
 from jinja2.ext import extract_from_ast
 
+from fastcal.calibration.camera_places import ONE_AXIS, TWO_AXES
 from fastcal.effects.entries import effect_names
 from fastcal.monitoring.words import phrase
 from fastcal.report import language, page
@@ -30,6 +31,8 @@ FROM_BELOW = {
     "touches of a plane",
     "touches of a socket",
     "estimated from the residuals; no sigma column",
+    ONE_AXIS,
+    TWO_AXES,
 }
 
 

@@ -96,6 +96,12 @@ async function draw(plot, place) {
   plot.dataset.state = "drawn";
 }
 
+// A link to a card that is folded opens it.
+function openTarget() {
+  const details = document.getElementById(location.hash.slice(1))?.querySelector(":scope > details");
+  if (details) details.open = true;
+}
+
 // Opens a part of the page and goes there.
 function leadTo(id) {
   const part = document.getElementById(id);
@@ -288,6 +294,8 @@ async function main() {
       if (details.open) details.querySelectorAll(".plot").forEach((plot) => plot.dataset.state === "drawn" && Plotly.Plots.resize(plot));
     });
   }
+  addEventListener("hashchange", openTarget);
+  openTarget();
   try {
     await loadPlotly();
   } catch {

@@ -258,9 +258,11 @@ def each_fold_holds_out_a_fifth_and_every_visit_of_a_pose() -> None:
 @falls_with(MIN_PLAIN_SHARE=-1.0)
 def a_plain_model_must_do_clearly_better_than_what_was_found() -> None:
     found = 1.0 + 0.1 * np.random.default_rng(0).uniform(-1, 1, ROWS)
-    one = plain_models.Judged(mock.Mock(), found, is_plain=False)
+    model = mock.Mock()
+    model.fit.problem.data = Dataset.from_arrays(np.random.default_rng(1).uniform(-1, 1, (ROWS, 3)))
+    one = plain_models.Judged(model, found, is_plain=False)
     for share, better in ((0.1, True), (0.01, False)):
-        plain = plain_models.Judged(mock.Mock(), found * (1 - share), is_plain=True)
+        plain = plain_models.Judged(model, found * (1 - share), is_plain=True)
         assert plain_models._beats(plain, one, 1.0) is better
 
 
@@ -269,9 +271,11 @@ def a_plain_model_must_do_clearly_better_than_what_was_found() -> None:
 def laws_of_some_joints_must_lead_by_more_than_those_of_all() -> None:
     """Of six compliances that of the third alone led by 1.4 standard errors, and other poses were 40 % worse."""
     found = 1.0 + 0.1 * np.random.default_rng(0).uniform(-1, 1, ROWS)
+    model = mock.Mock()
+    model.fit.problem.data = Dataset.from_arrays(np.random.default_rng(1).uniform(-1, 1, (ROWS, 3)))
     for is_chosen, errors, written in ((True, 1.5, False), (False, 1.5, True), (True, 2.5, True)):
         away = np.tile([1.0, -1.0], ROWS // 2) * 0.1 * np.sqrt(ROWS) / errors  # a standard error of 0.1 / errors
-        plain = plain_models.Judged(mock.Mock(), 0.9 * found + away, is_plain=True, is_chosen=is_chosen)
+        plain = plain_models.Judged(model, 0.9 * found + away, is_plain=True, is_chosen=is_chosen)
         with (
             mock.patch.object(plain_models, "judged", return_value=plain_models.Judged(mock.Mock(), found, False)),
             mock.patch.object(plain_models, "_plain", return_value=[plain]),
@@ -296,6 +300,7 @@ def _with_surrogate(share: float, error: float, rows: int = ROWS) -> surrogate_b
     has = {id(fits[0]): None, id(fits[1]): SimpleNamespace(added=("surrogate@tool",), less=less)}
     with (
         mock.patch.object(surrogate_bases, "robot_of"),
+        mock.patch.object(surrogate_bases, "posture_groups", return_value=np.arange(rows)),
         mock.patch.object(surrogate_bases, "fold_of", return_value=np.zeros(rows)),
         mock.patch.object(surrogate_bases, "surrogate_of", lambda robot, at, reached, **_: has[id(at)]),
         mock.patch.object(surrogate_bases, "judged", lambda model, **_: plain_models.Judged(model, squares, True)),

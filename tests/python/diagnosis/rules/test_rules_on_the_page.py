@@ -39,6 +39,7 @@ ANSWERED = {
     Reason.IMPLAUSIBLE: "its size is implausible",
     Reason.TURNED_DIRECTION: "its lost motion negative",
     Reason.MAY_BE_CHANCE: "may be chance",
+    Reason.NOT_OF_OTHER_POSTURES: "postures held out with all their payloads",
     Reason.CHANGES_OTHERWISE: "may be chance",
     Reason.PLAIN_MODEL_PREDICTS: "a plain model makes unnecessary",
     Reason.PART_OF_A_PLAIN_MODEL: "a plain model",

@@ -172,7 +172,11 @@ def a_drift_beside_what_changes_otherwise_must_lead_at_the_end() -> None:
     C = columns(2)
     for rest, lead, stays in ((15.0, 2.0, False), (15.0, 4.0, True), (0.0, 2.0, True)):
         world = World({drift: C[:, 0], other: C[:, 1]}, 30.0 * C[:, 0] + rest * C[:, 1])
-        with world.search() as search, mock.patch.object(SearchNode, "lead_at_the_end", return_value=lead):
+        with (
+            world.search() as search,
+            mock.patch.object(SearchNode, "lead_at_the_end", return_value=lead),
+            mock.patch("fastcal.diagnosis.sure_names._postures_repeat", return_value=False),
+        ):
             state, why = sure_names(search, search.state([drift], search.start))
         assert state.names == ((drift,) if stays else ())
         assert [because.reason for because in why.values()] == ([] if stays else [Reason.CHANGES_OTHERWISE])
