@@ -87,6 +87,15 @@ def test_every_kind_of_reading_is_in_the_table_of_coverage_and_within_the_goal()
         assert f"| {', '.join(pair)} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
 
 
+def test_cameras_boards_and_lenses_are_in_the_table_of_coverage_and_within_the_goal() -> None:
+    text, found = page("benchmarks.md"), record("bench_coverage_cameras.json")
+    assert found["sets"] >= 300
+    assert found["parts"].keys() == {"arm", "camera", "lens", "board"}
+    for part, row in found["parts"].items():
+        assert 0.93 <= row["covered"] <= 0.97, part
+        assert f"| {part} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
+
+
 def test_wheels_and_arms_are_those_of_this_version() -> None:
     for file in (ROOT / "README.md", ROOT / "docs" / "installation.md"):
         named = set(re.findall(r"fastcal-([\d.]+)-cp", file.read_text(encoding="utf-8")))

@@ -195,7 +195,7 @@ class Corner : public Observation {
   };
 
   static std::string nowhere(const std::string& what, const std::string& name) {
-    return what + " " + name + " is in no picture with four corners of a board";
+    return what + " " + name + " is in no picture with four corners of a board that are not on one line";
   }
 
   void add(const Standing& standing, const std::string& what, bool is_seen, const Camera* camera) {

@@ -20,6 +20,9 @@ constexpr int kHalvings = 12;
 constexpr double kLongest = 0.4;  // [rad], [m]: of a step of Newton's
 constexpr double kJump = 0.5;     // [rad], [m]: further in one part of the way is another way of assembly
 constexpr double kShortestPart = 1.0 / 1024;
+constexpr double kCurved = 0.5;  // of a part's motion that the tangent at its begin may miss
+constexpr double kFolded = 0.5;  // of the determinant that a part must leave
+constexpr double kStill = 1e-6;  // [rad], [m] of that motion: rounding
 constexpr double kSingular = 1e-5;   // of the largest singular value: where it is 0, a gap of kGap leaves its root
 constexpr double kDependent = 1e-9;  // equations of which others are the sum, of the largest pivot
 constexpr double kFarOpen = 0.05;    // [m], [rad]: more than redundant equations of machined parts may leave
@@ -89,17 +92,28 @@ AssemblyStatus Assembler::assemble(double* q) {
   if (home_side_ == 0) home_side_ = side();
   const std::vector<double> start = here;
   std::vector<double> there(n);
+  Eigen::VectorXd along = at_home ? tangent(wanted, start) : Eigen::VectorXd();
+  double folded = kFolded * std::abs(determinant());
   double done = 0, part = 1;
   while (at_home && done < 1 && part >= kShortestPart) {
     const double to = std::min(1.0, done + part);
     for (std::size_t j = 0; j < n; ++j) there[j] = start[j] + to * (wanted[j] - start[j]);
     for (const int joint : chain_.passive)
       there[static_cast<std::size_t>(joint)] = here[static_cast<std::size_t>(joint)];
-    bool near = close(there.data(), nullptr) && side() == home_side_;
-    for (const int joint : chain_.passive)
-      near &= std::abs(there[static_cast<std::size_t>(joint)] - here[static_cast<std::size_t>(joint)]) <= kJump;
-    if (near) {
+    bool near = close(there.data(), nullptr) && side() == home_side_ && std::abs(determinant()) >= folded;
+    // A parallelogram's fold, where two ways of assembly cross, bends the way back.
+    double moved = 0;
+    double missed = 0;
+    for (std::size_t p = 0; p < chain_.passive.size(); ++p) {
+      const auto joint = static_cast<std::size_t>(chain_.passive[p]);
+      const double motion = there[joint] - here[joint];
+      moved = std::max(moved, std::abs(motion));
+      missed = std::max(missed, std::abs(motion - (to - done) * along[static_cast<Eigen::Index>(p)]));
+    }
+    if (near && moved <= kJump && missed <= kCurved * moved + kStill) {
       here = there;
+      along = tangent(wanted, start);
+      folded = kFolded * std::abs(determinant());
       done = to;
       part *= 2;
     } else {
@@ -126,7 +140,20 @@ bool Assembler::is_singular() const {
   return s.size() > 0 && s[s.size() - 1] <= kSingular * s[0];
 }
 
-int Assembler::side() const { return by_passive_.determinant() < 0 ? -1 : 1; }
+double Assembler::determinant() const { return by_passive_.determinant(); }
+
+int Assembler::side() const { return determinant() < 0 ? -1 : 1; }
+
+Eigen::VectorXd Assembler::tangent(const std::vector<double>& to, const std::vector<double>& from) const {
+  Eigen::VectorXd by_way = Eigen::VectorXd::Zero(by_passive_.rows());
+  for (int joint = 0; joint < chain_.joint_count(); ++joint) {
+    const double share = to[static_cast<std::size_t>(joint)] - from[static_cast<std::size_t>(joint)];
+    if (share == 0 || std::find(chain_.passive.begin(), chain_.passive.end(), joint) != chain_.passive.end()) continue;
+    for (Eigen::Index r = 0; r < by_way.size(); ++r)
+      by_way[r] += share * by_joint(chain_, rows_[static_cast<std::size_t>(r)], frames_, joint, nullptr);
+  }
+  return newton_step(by_passive_, by_way);
+}
 
 void choose_loop_rows(Chain& chain) {
   // All equations, of which those of a flat loop repeat each other, by least squares.

@@ -66,7 +66,10 @@ class Assembler {
  private:
   void look(const double* q, const Twists* xi);
   bool is_singular() const;
+  double determinant() const;
   int side() const;
+  /// Derivative of the passive joints on the straight way of the motors, at the last posture.
+  Eigen::VectorXd tangent(const std::vector<double>& to, const std::vector<double>& from) const;
 
   const Chain& chain_;
   std::vector<Pose> frames_;

@@ -45,7 +45,9 @@ from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups
 from fastcal.calibration.shape import shape_of
 from fastcal.calibration.unknowns import (
+    CORNERS,
     given_rig,
+    kept_unknowns,
     unknowns_by_owner,
     unknowns_found,
     unknowns_with_covariance,
@@ -132,6 +134,8 @@ def calibrate(
     if method not in METHODS:
         raise InvalidInput(f"method must be one of {', '.join(METHODS)}, got '{method}'")
     robot = as_robot(robot)
+    if robot.of_poses:
+        parameters = _none_of_poses(robot, effects, parameters)
     given = as_rows(data, robot)
     data, rows = (in_order(given), None) if isinstance(given, Dataset) else shown(given)
     long = given if isinstance(given, LongDataset) and rows is not None else None
@@ -174,7 +178,7 @@ def calibrate(
     kept = [k for k, i in enumerate(free) if i < len(names)]
     places, std = unknowns_found(found, len(names), covariance)
     found_spec = with_found(found_spec, problem.measured.parameters, places, std)
-    if kept:
+    if kept or CORNERS in data.kinds:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
             root[: len(kept), : len(kept)],  # anchors come last
@@ -182,6 +186,7 @@ def calibrate(
             freedom,
             *unseen_directions(found, names),
             covered(start, data) if long is None else covered_by_all(start, long),
+            *kept_unknowns(found, problem.measured, len(names), covariance),
         )
         found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
     result_model = Robot.keeping(found_spec | {"made_by": origin})
@@ -259,6 +264,16 @@ def calibrate(
         cameras=camera_places(problem, found, covariance, freedom, result_model) if long is None else [],
         own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
     )
+
+
+def _none_of_poses(robot: Robot, effects: str | Sequence[str], parameters: Sequence[str] | None) -> list[str]:
+    """The parameters of an arm of which only the flange's pose is known: it has none."""
+    if parameters or effects not in ("geometry", "", [], ["geometry"]):
+        raise InvalidInput(
+            f"{robot.name} is known by the poses of its flange alone (robot: pose): it has nothing of its own to "
+            "identify; give the arm's file and its joint positions for that"
+        )
+    return []
 
 
 def _notes(model: Robot, data: Dataset) -> list[str]:

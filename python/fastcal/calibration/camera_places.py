@@ -132,15 +132,26 @@ def camera_places(
         six = [k for k in places if k is not None]
         if len(six) < len(PLACEMENT):
             continue  # it was given, or saw nothing
-        middles = _middles(model, problem.data, of.camera)
-        out.append(_place(of.camera, of.parent, C[np.ix_(six, six)], freedom, middles, is_open[six], with_arm))
+        middles = middles_of_boards(model, problem.data, of.camera)
+        place = camera_place(
+            of.camera, of.parent, C[np.ix_(six, six)], freedom, middles, is_open[six], with_arm=with_arm
+        )
+        out.append(place)
     return out
 
 
-def _place(
-    camera: str, frame: str, C: FloatArray, freedom: int, middles: FloatArray, is_open: FloatArray, with_arm: bool
+def camera_place(
+    camera: str,
+    frame: str,
+    C: FloatArray,
+    freedom: int,
+    middles: FloatArray,
+    is_open: FloatArray | None = None,
+    *,
+    with_arm: bool,
 ) -> CameraPlace:
     """Of one camera: covariance (6, 6), middles of boards (M, 3) before it, and open directions (6, k)."""
+    is_open = np.zeros((len(PLACEMENT), 0)) if is_open is None else is_open
     undetermined = tuple(axis for axis, part in zip(PLACEMENT, is_open, strict=True) if np.linalg.norm(part) > _SHARE)
     distance = float(np.median(np.linalg.norm(middles, axis=1)))
     if undetermined:
@@ -176,7 +187,7 @@ def _open_directions(problem: CalibrationProblem, found: _core.Identification, o
     return np.asarray(directions[:, values < max(1 / _KNOWN_TO**2, _ROUNDING * values[-1])])
 
 
-def _middles(model: Robot, data: Dataset, camera: str) -> FloatArray:
+def middles_of_boards(model: Robot, data: Dataset, camera: str) -> FloatArray:
     """(M, 3) middles of the boards [m] in the frame of a camera, one a picture."""
     spec = model.description
     entry = spec.cameras[camera]
@@ -190,4 +201,4 @@ def _middles(model: Robot, data: Dataset, camera: str) -> FloatArray:
         plate = spec.boards[board]
         T = np.linalg.inv(T_world_camera[rows]) @ frames_of(model, data.q[rows], plate["on"]) @ pose(plate)
         out.append(T[:, :3, :3] @ board_corners(plate).mean(axis=0) + T[:, :3, 3])
-    return np.concatenate(out)
+    return np.concatenate(out) if out else np.zeros((0, 3))

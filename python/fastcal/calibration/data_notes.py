@@ -36,7 +36,9 @@ def _joint_units(robot: Robot) -> list[str]:
 
 
 def covered(robot: Robot, data: Dataset) -> dict[str, tuple[float, float]]:
-    """Least and greatest of `ranges`; units keep the order of numbers."""
+    """Least and greatest of `ranges`, none of an arm of poses; units keep the order of numbers."""
+    if robot.of_poses:
+        return {}
     ends = zip(data.q.min(axis=0).tolist(), data.q.max(axis=0).tolist(), strict=True)
     out = {
         joint_column(i, unit): (from_si(least, unit), from_si(greatest, unit))

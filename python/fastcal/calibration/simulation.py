@@ -18,6 +18,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of
 from fastcal.robot.core_model import pose
+from fastcal.robot.loops import closed_within
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.robot_spec import content
 from fastcal.units import from_si
@@ -61,7 +62,7 @@ def simulate(
         The poses with what an instrument would have read; q is as commanded.
 
     Raises:
-        InvalidInput: A shape or a number is invalid.
+        InvalidInput: A shape or a number is invalid, or the closed loops of a row do not close.
     """
     if isinstance(poses, Dataset):
         if conditions:
@@ -81,6 +82,8 @@ def simulate(
     sent = touching(robot, sent, unknowns or {}, threads)
     shape = sent.q.shape
     reached = replace(sent, q=sent.q + spread * random.standard_normal(shape))
+    if robot.passive:
+        reached = replace(reached, q=_closed(robot, reached.q, threads))
     T = robot.poses(reached, threads=threads)
     position = T[:, :3, 3] + noise * random.standard_normal((len(sent), 3))
     rotation = None
@@ -119,18 +122,26 @@ def random_poses(robot: Robot, count: int, *, region: ArrayLike | None = None, s
     kept: list[FloatArray] = []
     found, tried = 0, 0
     while found < count:
-        q = robot.follow(random.uniform(low, high, (max(count, 100), len(low))))
+        drawn = random.uniform(low, high, (max(count, 100), len(low)))
+        q = robot.follow(drawn) if not robot.passive else closed_within(robot.core, drawn, robot.limits)
         point = bare.forward(q)[:, :3, 3]
         hits = q[((point >= box[0]) & (point <= box[1])).all(axis=1)]
         kept.append(hits)
-        found, tried = found + len(hits), tried + len(q)
+        found, tried = found + len(hits), tried + len(drawn)
         if tried > 1 / _FEWEST_HITS and found < _FEWEST_HITS * tried:
             raise InvalidInput(f"the tool gets into the region in {found} of {tried} random postures; is it in reach?")
     return np.concatenate(kept)[:count] if kept else np.zeros((0, len(low)))
 
 
+def _closed(robot: Robot, q: FloatArray, threads: int) -> FloatArray:
+    """Postures (N, n) with the passive joints where the loops close; what cannot be assembled cannot be measured."""
+    assembly = robot.assemble(q, threads=threads)
+    assembly.check()
+    return assembly.q
+
+
 def perturbed(robot: Robot, *, length: float = 5e-4, angle: float = 5e-4, seed: int = 0) -> Robot:
-    """The arm as a workshop might have built it: every size of its joints is off by a normal error; base and tool stay.
+    """The arm as a workshop might have built it: all sizes of joints and loops have normal errors; base and tool stay.
 
     Args:
         robot: The nominal arm.
@@ -150,7 +161,21 @@ def perturbed(robot: Robot, *, length: float = 5e-4, angle: float = 5e-4, seed: 
             joint["origin"] = _moved(pose(joint["origin"]), shift, turn)
         else:
             _move_screw(joint, shift, turn)
-    return robot.with_(joints=joints)
+    changes: dict[str, Any] = {"joints": joints}
+    if robot.description.loops:
+        changes["loops"] = [_moved_loop(loop, length, angle, random) for loop in robot.description.loops]
+    return robot.with_(**changes)
+
+
+def _moved_loop(loop: Spec, length: float, angle: float, random: np.random.Generator) -> Spec:
+    """A loop whose lengths and places are off by normal errors [m], and its offset by an angle [rad]."""
+    out = dict(loop)
+    for key in ("from_xyz_mm", "to_xyz_mm", "length_mm", "offset_mm", "offset_deg"):
+        if key in loop:
+            spread, unit = (angle, "deg") if key == "offset_deg" else (length, "mm")
+            errors = from_si(spread * random.standard_normal(np.shape(loop[key])), unit)
+            out[key] = (np.asarray(loop[key], dtype=float) + errors).tolist()
+    return out
 
 
 def _moved(T: FloatArray, shift: FloatArray, turn: FloatArray) -> Spec:

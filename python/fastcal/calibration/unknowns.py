@@ -9,10 +9,13 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
+from fastcal.effects.entries import full_name
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import without_kinds
+from fastcal.robot.calibration_record import lower_root
 from fastcal.robot.identified_spec import Solution
+from fastcal.robot.rig import about_found
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -92,6 +95,29 @@ def unknowns_with_covariance(
     whole = np.zeros((len(theta), len(theta)))
     whole[np.ix_(list(found.free), list(found.free))] = covariance
     return [(p.owner, p.name) for p in measured.parameters], theta[count:], whole[count:, count:]
+
+
+def kept_unknowns(
+    found: Solution, measured: _core.Measurements, count: int, covariance: FloatArray
+) -> tuple[list[str], FloatArray]:
+    """Names of the cameras' and boards' unknowns, and their rows (U, P + U) of a root, as CalibrationRecord has them.
+
+    P of the `count` parameters of the model are free; other arguments as of `unknowns_found`. What is kept are changes
+    of the places that were found.
+    """
+    parameters = measured.parameters
+    own = [k for k, p in enumerate(parameters) if p.owner.partition(" ")[0] in ("camera", "board")]
+    if not own:
+        return [], np.zeros((0, 0))
+    free = [i for i in found.free if i < count]
+    whole = np.zeros((count + len(parameters), count + len(parameters)))
+    whole[np.ix_(list(found.free), list(found.free))] = covariance
+    change = about_found(parameters, np.asarray(found.theta)[count:])[own]
+    to_kept = np.zeros((len(free) + len(own), len(whole)))
+    to_kept[range(len(free)), free] = 1.0
+    to_kept[len(free) :, count:] = change
+    root = lower_root(to_kept @ whole @ to_kept.T)
+    return [full_name(parameters[k]) for k in own], root[len(free) :]
 
 
 def unknowns_by_owner(measured: _core.Measurements, values: FloatArray) -> dict[str, FloatArray]:

@@ -8,7 +8,7 @@ The table, and a program that drives there.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -47,6 +47,13 @@ def design(
         Path | None, typer.Option(metavar="FILE", help="YAML: points, levels, sigma_tilt_mrad, planes.")
     ] = None,
     payload_kg: Annotated[str, typer.Option(metavar="LIST", help="Payloads at hand, such as 0,6,12.")] = "0",
+    corners: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Corners that cameras saw in the poses of --measured.")
+    ] = None,
+    sigma_px: Annotated[float | None, typer.Option(min=1e-6, help="Of a corner in a picture.")] = None,
+    focus_mm: Annotated[
+        str | None, typer.Option(metavar="NEAR,FAR", help="Distances of a board at which pictures are sharp.")
+    ] = None,
     measured: Annotated[
         Path | None, typer.Option(metavar="DATA", help="Poses measured already; they count as known.")
     ] = None,
@@ -68,18 +75,30 @@ def design(
     seed: Seed = 0,
     threads: Threads = 1,
 ) -> None:
-    """Choose the poses to measure: a CSV file and a program."""
+    """Choose the poses to measure: a CSV file and a program.
+
+    Of a cell with cameras and boards: the poses for pictures, unless an option of measured points is given.
+    """
+    from fastcal.cli.design_pictures import design_of_pictures
     from fastcal.design import design_poses
     from fastcal.io.design_out import design_candidates, program_beside, write_poses_and_program
     from fastcal.io.instruments_file import load_instruments
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.surroundings_file import load_surroundings
+    from fastcal.robot.rig import has_rig
     from fastcal.units import from_si, to_si
 
     arm = load_robot(robot)
     place = program_beside(output, arm, language)
     around = None if surroundings is None else load_surroundings(surroundings)
+    driving: dict[str, Any] = {"surroundings": around, "dwell_s": dwell_s, "speed": speed_percent / 100}
+    of_points = (criterion, targets, separate, instruments, until_sigma_mm, sigma_mm, sigma_rot_deg)
+    if has_rig(arm.description) and not any(option is not None for option in of_points):
+        of_pictures = {"--effects": (effects, "geometry"), "--payload-kg": (payload_kg, "0")}
+        options = {"sigma_px": sigma_px, "seed": seed, "threads": threads}
+        design_of_pictures(arm, count, output, place, measured, corners, focus_mm, of_pictures, options, driving)
+        return
     with progress() as show:
         found = design_poses(
             arm,
@@ -103,8 +122,7 @@ def design(
             progress=show,
         )
     poses = design_candidates(found)
-    speed = speed_percent / 100
-    files, notes = write_poses_and_program(output, poses, arm, place, surroundings=around, dwell_s=dwell_s, speed=speed)
+    files, notes = write_poses_and_program(output, poses, arm, place, **driving)
     _say(found, separate)
     for line in [*(f"program: {file}" for file in files[1:]), *notes]:
         say(line)

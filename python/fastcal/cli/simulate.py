@@ -55,7 +55,7 @@ def simulate(
             seed=seed,
             threads=threads,
         )
-    write_measurements(output, data, arm.joint_types)
+    write_measurements(output, data, arm.joint_types, arm.passive)
     warn(sent.notes)
     say(f"{output}: {len(data)} poses of {arm.name} measured by simulation")
     emit(

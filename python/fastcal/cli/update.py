@@ -5,20 +5,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fastcal.cli.console import NOT_CONVERGED, emit, fail, progress, say, warn
-from fastcal.cli.options import AsRead, DataFiles, ModelFile, OutFolder, PageLanguage, Threads
+from fastcal.cli.options import AsRead, Corners, DataFiles, ModelFile, OutFolder, PageLanguage, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
+
+if TYPE_CHECKING:
+    from fastcal.robot.robot import Robot
 
 
 def update(
     model: ModelFile,
     data: DataFiles,
     output: OutFolder,
+    corners: Corners = None,
     page_language: PageLanguage = "en",
     as_read: AsRead = False,
     threads: Threads = 1,
@@ -27,7 +31,8 @@ def update(
 ) -> None:
     """Bring a calibrated model up to date.
 
-    Twelve new poses do, before an instrument that was set up again; what the model knows is kept as far as it holds.
+    Twelve new poses do, before an instrument that was set up again, or a few pictures; what the model knows is kept as
+    far as it holds.
     """
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
@@ -38,6 +43,9 @@ def update(
 
     check_folder(output, UPDATE_FILES)
     robot = load_robot(model)
+    if corners is not None:
+        _update_pictures(robot, data, corners, output, page_language, who, threads)
+        return
     measured = seen_by(tracker, load_measurements(data, robot))
     with progress() as show:
         show("bringing the model up to date")
@@ -51,6 +59,30 @@ def update(
     emit(found.to_json_dict())
     if found.status != "converged":
         fail("the update has not converged: measure more poses, or calibrate again")
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _update_pictures(
+    robot: Robot, data: list[Path], corners: Path, output: Path, language: str, who: Who | None, threads: int
+) -> None:
+    """By a few pictures of a cell."""
+    from fastcal.importers.corners import load_seen
+    from fastcal.monitoring.picture_update import update_pictures
+    from fastcal.report.picture_update_report import write_picture_update
+
+    with progress() as show:
+        show("bringing the model up to date")
+        found = update_pictures(robot, load_seen(data, robot, corners), who=who, threads=threads)
+        show("writing the report")
+        write_picture_update(found, output, language=language)
+    warn(found.notes)
+    say(found.sentence)
+    for of in found.cameras:
+        say(of.sentence)
+    say(str(output / "report.html"))
+    emit(found.to_json_dict())
+    if found.status != "converged":
+        fail("the pictures are not explained by what may have moved: take more pictures, or calibrate again")
         raise typer.Exit(NOT_CONVERGED)
 
 

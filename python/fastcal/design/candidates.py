@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal.errors import InvalidInput
+from fastcal.robot.loops import closed_within
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -124,13 +125,10 @@ def _that_close(robot: Robot, q: FloatArray) -> FloatArray:
     """Postures (M, n) of q (N, n) in which all joints are, within their limits; of an arm with loops, those closed."""
     if not robot.passive:
         return robot.follow(q)
-    assembly = robot.assemble(q)
-    low, high = joint_ranges(robot).T
-    within = ((assembly.q >= low) & (assembly.q <= high)).all(axis=1)
-    closed = within & (np.array(assembly.status) == "closed")
-    if not closed.any():
+    closed = closed_within(robot.core, q, joint_ranges(robot))
+    if not len(closed):
         raise InvalidInput("no candidate closes the loops within the limits of all joints; narrow the motors' limits")
-    return np.asarray(assembly.q[closed])
+    return closed
 
 
 def with_conditions(

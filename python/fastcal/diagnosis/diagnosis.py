@@ -79,6 +79,11 @@ def diagnose(
     if sigma is not None and not (np.isfinite(sigma) and sigma > 0):
         raise InvalidInput(f"sigma must be a standard deviation above 0, got {sigma}")
     robot = as_robot(robot)
+    if robot.of_poses:
+        raise InvalidInput(
+            f"{robot.name} is known by the poses of its flange alone (robot: pose), in which causes of an arm's error "
+            "cannot be told apart; give the arm's file and its joint positions"
+        )
     looked = judged_pictures(robot, counted_once(in_order(as_data(data, robot))), mend=mend, threads=threads)
     data = looked.data
     test = None if test is None else of_unknown_order(as_data(test, robot))

@@ -164,7 +164,7 @@ def _columns(poses: Candidates, robot: Robot) -> Columns:
         columns[name] = np.round(values, 6).tolist()
     columns["payload_kg"] = poses.payload.tolist()
     if poses.approach is not None:
-        for index in np.flatnonzero(poses.approach.any(axis=0)):
+        for index in np.setdiff1d(np.flatnonzero(poses.approach.any(axis=0)), robot.passive):
             columns[f"approach{index + 1}"] = poses.approach[:, index].astype(int).tolist()
     if poses.plane is not None:
         columns["plane"] = [str(name) for name in poses.plane]

@@ -4,11 +4,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.cells.pose_arm import PARTS, pose_joints
 from fastcal.io.table import Table
+from fastcal.place import joint_position
 from fastcal.units import UNITS, parse_name, to_si, unit_names
 
 FloatArray = NDArray[np.float64]
@@ -61,3 +64,22 @@ def flange_joints(table: Table, found: dict[str, int]) -> FloatArray:
         row = int(np.argmax(wrong))
         raise table.error(f"expected a quaternion of length 1, got {length[row]:.4g}", row)
     return pose_joints(values[:, :3], wxyz / length[:, np.newaxis])
+
+
+def joints_for_poses(table: Table, arm: str) -> Table:
+    """The table with joints q1 ... of an arm of poses in place of the columns of its flange's pose; as it is with q1.
+
+    Raises:
+        ParseError: It has neither, or a pose is none.
+    """
+    if any(parse_name(title)[0] in ("q1", f"{arm}.q1") for title in table.names):
+        return table
+    found = flange_columns(table, [arm])[arm]
+    q = flange_joints(table, found)
+    kept = [place for place in range(len(table.names)) if place not in found.values()]
+    names = [f"{joint_position(k)}_{'m' if k < 3 else 'rad'}" for k in range(6)]
+    return replace(
+        table,
+        names=[*names, *(table.names[place] for place in kept)],
+        columns=[*q.T, *(table.columns[place] for place in kept)],
+    )

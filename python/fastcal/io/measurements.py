@@ -15,6 +15,7 @@ import numpy as np
 
 from fastcal.errors import ParseError
 from fastcal.io.columns import Column, kinds_of_columns, match_columns, would_do
+from fastcal.io.flange_columns import joints_for_poses
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.measurements.checks import BadRow, RobotFacts, check_whole_rows
@@ -54,9 +55,8 @@ def load_measurements(path: str | os.PathLike[str], robot: RobotFacts, *, requir
 
 def dataset_of(table: Table, robot: RobotFacts, require_measured: bool, counts: RowCounts | None = None) -> Dataset:
     """`dataset_from_table`, the exact way where something is wrong with what was read quickly."""
-    table = of_the_arm(table, robot)
     try:
-        return dataset_from_table(table, robot, require_measured, counts)
+        return dataset_from_table(of_the_arm(table, robot), robot, require_measured, counts)
     except ParseError:
         if table.exact is None:
             raise
@@ -64,8 +64,14 @@ def dataset_of(table: Table, robot: RobotFacts, require_measured: bool, counts: 
 
 
 def of_the_arm(table: Table, robot: RobotFacts) -> Table:
-    """The table without the name of the cell's arm before its columns: arm.q1_deg."""
-    prefix = f"{getattr(robot, 'arm', 'arm')}."
+    """The table without the name of the cell's arm before its columns: arm.q1_deg.
+
+    Of an arm of which only the flange's pose is known, that pose becomes the joints that stand for it.
+    """
+    arm = str(getattr(robot, "arm", "arm"))
+    if getattr(robot, "of_poses", False):
+        table = joints_for_poses(table, arm)
+    prefix = f"{arm}."
     if not any(name.startswith(prefix) for name in table.names):
         return table
     return replace(table, names=[name.removeprefix(prefix) for name in table.names])

@@ -25,18 +25,24 @@ _UNITS = {"revolute": "deg", "prismatic": "mm"}
 Columns = dict[str, Sequence[float | str] | NDArray[np.generic]]
 
 
-def write_measurements(path: str | os.PathLike[str], data: Dataset, joint_types: Sequence[str] | None = None) -> None:
+def write_measurements(
+    path: str | os.PathLike[str],
+    data: Dataset,
+    joint_types: Sequence[str] | None = None,
+    passive: Sequence[int] = (),
+) -> None:
     """Writes a data set as CSV in mm, deg, kg, N, A and degrees Celsius; what was not measured is left empty.
 
     Args:
         path: The file; written whole or not at all.
         data: What it is to hold. Orientations are written as quaternions.
         joint_types: `revolute` or `prismatic`, one a joint; may be left out where the data know their robot.
+        passive: Joints, from 0, that closed loops move: they get no column.
 
     Raises:
         InvalidInput: The file cannot be written, or the kinds of the joints are not known.
     """
-    write_csv(path, file_columns(data, joint_types))
+    write_csv(path, file_columns(data, joint_types, passive))
 
 
 def frame_of(data: Dataset) -> pd.DataFrame:
@@ -46,7 +52,7 @@ def frame_of(data: Dataset) -> pd.DataFrame:
     return pd.DataFrame(file_columns(data, data.joint_types or ("unknown",) * data.q.shape[1]))
 
 
-def file_columns(data: Dataset, joint_types: Sequence[str] | None = None) -> Columns:
+def file_columns(data: Dataset, joint_types: Sequence[str] | None = None, passive: Sequence[int] = ()) -> Columns:
     """The columns of a measurement file by their names; arguments and errors of `write_measurements`."""
     columns: Columns = {}
     joint_types = joint_types or data.joint_types
@@ -61,10 +67,11 @@ def file_columns(data: Dataset, joint_types: Sequence[str] | None = None) -> Col
                 columns[name if unit is None else f"{base}_{unit}{at}{place}"] = column
 
     units = [_UNITS.get(joint_type) for joint_type in joint_types]
-    for suffix, values in (("", data.q), ("_read", data.q_read)):
-        for joint, unit in enumerate(units, start=1):
-            add([f"q{joint}{suffix}"], None if values is None else values[:, joint - 1], unit)
     joints = range(1, len(units) + 1)
+    moved = [joint for joint in joints if joint - 1 not in passive]
+    for suffix, values in (("", data.q), ("_read", data.q_read)):
+        for joint in moved:
+            add([f"q{joint}{suffix}"], None if values is None else values[:, joint - 1], units[joint - 1])
     for names, values, unit in _observed(data):
         add(names, values, unit)
     add(["payload"], data.payload if data.payload.any() else None, "kg")
@@ -78,8 +85,8 @@ def file_columns(data: Dataset, joint_types: Sequence[str] | None = None) -> Col
     columns.update(_labels(data))
     approach = data.approach
     add(
-        [f"approach{joint}" for joint in joints],
-        None if approach is None else np.where(approach == 0, np.nan, approach),
+        [f"approach{joint}" for joint in moved],
+        None if approach is None else np.where(approach == 0, np.nan, approach)[:, [joint - 1 for joint in moved]],
     )
     columns.update(data.extra)
     columns.update(data.extra_labels)

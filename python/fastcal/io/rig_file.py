@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from fastcal.cells.pose_arm import POSE, pose_arm
 from fastcal.io.fields import Fields
 from fastcal.io.regular_file import is_there
 from fastcal.io.rig_schema import check_arm_rig
@@ -54,7 +55,10 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     )
     fields.done()
     beside = path.parent / source
-    spec = read_arm(os.fspath(beside) if is_there(beside) else source, **links)
+    if source == POSE:
+        spec = read_arm({**pose_arm(str(arm)), "of_poses": True})
+    else:
+        spec = read_arm(os.fspath(beside) if is_there(beside) else source, **links)
     spec["base"] = frame_spec(T @ pose(spec["base"]))
     spec |= check_arm_rig(top, len(spec["joints"]), str(arm))
     spec["cell"] = {"name": name, "arm": str(arm)}

@@ -5,10 +5,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fastcal.io.fields import Fields
 from fastcal.io.lens_file import read_lens, read_target
@@ -22,6 +25,8 @@ _ZERO = [0.0, 0.0, 0.0]
 _LEAST_SIZE = 16  # pixels a side, of a picture that is one
 _MOST_ROWS = 10**9
 _LATEST = 10.0  # [s] that a picture is later than its joints
+_FEWEST = (4, 6)  # points of a board, in a plane and not, that say where it is
+_ON_A_LINE, _FLAT = 1e-3, 1e-6  # of a board's largest extent: its second, its third one
 _FOCAL = (0.05, 50.0)  # of the larger side: no lens for a robot is wider or longer
 
 
@@ -169,18 +174,20 @@ def _board(fields: Fields) -> Spec:
     kind = fields.choice("kind", BOARDS)
     if kind == "points":
         points = fields.take("points_mm")
-        if not isinstance(points, list) or len(points) < 4:
+        if not isinstance(points, list) or len(points) < _FEWEST[0]:
             fields.fail("points_mm", "a list of four points at least", points)
-        return {
-            "kind": kind,
-            "points_mm": [fields.checked_vector(f"points_mm[{i}]", p, 3) for i, p in enumerate(points)],
-        }
+        places = [fields.checked_vector(f"points_mm[{i}]", p, 3) for i, p in enumerate(points)]
+        if problem := _unseen_pose(np.array(places)):
+            fields.refuse("points_mm", problem)
+        return {"kind": kind, "points_mm": places}
     least = 3 if kind in ("checkerboard", "charuco") else 1  # squares, between which corners lie
     out: Spec = {
         "kind": kind,
         "columns": fields.count("columns", least, 1000),
         "rows": fields.count("rows", least, 1000),
     }
+    if kind == "circles" and min(out["columns"], out["rows"]) < 2:
+        fields.refuse("", "circles on one line do not show how the board is turned; expected two rows and columns")
     lengths = {"april_grid": ("tag", "gap"), "charuco": ("square",)}.get(kind, ("square",))
     for length in lengths:
         out[f"{length}_mm"] = fields.quantity(length, "mm")
@@ -193,6 +200,38 @@ def _board(fields: Fields) -> Spec:
     if kind == "charuco":
         out["marker_mm"] = fields.quantity("marker", "mm", 0.75 * out["square_mm"])
     return out
+
+
+def _unseen_pose(points: NDArray[np.float64]) -> str:
+    """Why one picture of points (K, 3) does not say where they are, in words; "" where it does."""
+    if _width(points) < _ON_A_LINE:
+        return "points on one line do not show how the board is turned; expected four of which no three are on a line"
+    about = points - points.mean(axis=0)
+    extents = np.linalg.svd(about, compute_uv=False)
+    if extents[2] >= _FLAT * extents[0]:
+        if len(points) < _FEWEST[1]:
+            return f"points that are not in one plane must be six at least, got {len(points)}"
+    elif any(_width(np.delete(points, k, axis=0)) < _ON_A_LINE for k in range(len(points))):
+        return "all points but one are on a line; expected four of which no three are on a line"
+    return ""
+
+
+def _width(points: NDArray[np.float64]) -> float:
+    """The second extent of points (K, 3) over the first: 0 where they are on a line."""
+    extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return float(extents[1] / extents[0]) if extents[0] > 0 else 0.0
+
+
+def check_unknowns(fields: Fields, known: Sequence[str]) -> Spec:
+    """What a calibrated model keeps of its cameras and boards: names, and their rows of the root behind `known`."""
+    names, rows = fields.take("parameters"), fields.take("covariance_root")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        fields.fail("parameters", "a list of names", names)
+    if not isinstance(rows, list) or len(rows) != len(names):
+        fields.fail("covariance_root", f"a list of {len(names)} rows", rows)
+    checked = [fields.checked_vector(f"covariance_root[{i}]", row, len(known) + i + 1) for i, row in enumerate(rows)]
+    fields.done()
+    return {"parameters": list(names), "covariance_root": checked}
 
 
 def check_cell_names(top: Fields) -> Spec:

@@ -17,6 +17,8 @@ from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
+from fastcal.io.mechanism_file import ENDINGS as MECHANISMS
+from fastcal.io.mechanism_file import read_mechanism, with_loops
 from fastcal.io.regular_file import is_folder, is_there
 from fastcal.io.rig_file import cell_spec, is_cell
 from fastcal.io.robot_schema import Spec, check_spec
@@ -89,8 +91,8 @@ def read_spec(
                 "is no robot file (.yaml, .urdf, .xacro) and no name of a shipped arm; the robot comes before the data",
                 path,
             )
-        if path.suffix.lower() in ENDINGS:
-            return check_spec(read_urdf(path, base_link, tip_link, xacro), path)
+        if path.suffix.lower() in (*ENDINGS, *MECHANISMS):
+            return check_spec(_described(path, base_link, tip_link, xacro), path)
         value = read_yaml(path)
     if is_cell(value) and not links:
         value = cell_spec(value, path, read_spec)
@@ -103,6 +105,13 @@ def read_spec(
     if isinstance(value, dict):
         value.setdefault("name", path.stem)
     return _with_correction(check_spec(value, path), path)
+
+
+def _described(path: Path, base_link: str, tip_link: str, xacro: Mapping[str, str] | None) -> Spec:
+    """What a URDF, a xacro, an SDF or an MJCF file holds."""
+    if path.suffix.lower() in MECHANISMS:
+        return read_mechanism(path, base_link, tip_link)
+    return read_urdf(path, base_link, tip_link, xacro)
 
 
 def chosen_arm(source: RobotSource) -> tuple[RobotSource, list[str]]:
@@ -245,6 +254,8 @@ def _with_urdf(value: dict[str, Any], path: Path, xacro: Mapping[str, str] | Non
         top.refuse("", "expected urdf: FILE or joints, got both")
     base_link, tip_link = (top.text(key) if top.has(key) else "" for key in ("base_link", "tip_link"))
     file = top.text("urdf")
+    if "loops" in value or "motors" in value or Path(file).suffix.lower() in MECHANISMS:
+        return with_loops(value, path)
     if xacro is None and file.lower().endswith(".xacro"):
         how = "if you trust it, add --xacro yes (xacro={})"
         top.refuse("urdf", f"expected a URDF, got a xacro, which is a program: {how}")

@@ -16,7 +16,7 @@ from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.loop_schema import check_branch, check_loops, check_order
 from fastcal.io.pendant_schema import check_pendant
-from fastcal.io.rig_schema import check_arm_rig, check_cell_names
+from fastcal.io.rig_schema import check_arm_rig, check_cell_names, check_unknowns
 from fastcal.io.structure_schema import check_structure
 from fastcal.robot.calibration_record import unpacked
 from fastcal.robot.controller_robot import GEOMETRY
@@ -77,6 +77,10 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     if top.has("known_distances"):
         spec["known_distances"] = [check_known_distance(fields) for fields in _list(top, "known_distances", 0, 1000)]
     spec |= check_arm_rig(top, len(joints)) | check_cell_names(top)
+    if (of_poses := top.optional("of_poses")) is not None:
+        if of_poses is not True:
+            top.fail("of_poses", "true, or no such key", of_poses)
+        spec["of_poses"] = True
     spec |= _additions(top, kind, spec["joints"])
     top.done()
     return spec
@@ -332,6 +336,8 @@ def _calibration(fields: Fields, joints: list[Spec]) -> Spec:
         if not isinstance(covered, dict):
             fields.fail("covered", "a range by quantity", covered)
         record["covered"] = {str(k): fields.checked_vector(f"covered.{k}", v, 2) for k, v in covered.items()}
+    if fields.has("unknowns"):
+        record["unknowns"] = check_unknowns(Fields(fields.take("unknowns"), "calibration.unknowns", fields.path), names)
     if fields.has("nominal"):
         record["nominal"] = _nominal(Fields(fields.take("nominal"), "calibration.nominal", fields.path), joints)
     return record | fields.rest()

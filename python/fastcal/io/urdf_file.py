@@ -6,11 +6,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 from fastcal import units
 from fastcal.errors import InvalidInput, ParseError
+from fastcal.io.mechanism_file import closed_by_itself
 from fastcal.io.robot_schema import Spec
 from fastcal.io.urdf_chain import read_chain, read_chains
 from fastcal.io.xacro_file import expanded
@@ -38,6 +40,7 @@ def read_urdf(
         ParseError: The file holds no serial arm; the sentence says why.
     """
     xml = expanded(path, xacro) if str(path).lower().endswith(".xacro") else read_xml(path)
+    closed_by_itself(xml, Path(path))
     try:
         chain = read_chain(xml, base_link, tip_link)
     except ParseError:

@@ -181,6 +181,13 @@ def _zero_size(arm: Robot, joint: int) -> FloatArray:
     return np.array([to_si(0.1, "mm") if prismatic else to_si(0.02, "deg")])
 
 
+def zero_direction(arm: Robot, joint: int) -> FloatArray:
+    """(P,) how the parameters of a model move when the zero of a joint, counted from 0, is off by 1 rad or m."""
+    model = arm.error_model
+    own = [i for i, p in enumerate(model.parameters[: len(model.robot.parameters)]) if p.owner == joint_name(joint)]
+    return _zero(arm, joint, own, model.parameters, np.asarray(model.start))[1]
+
+
 def _zero(
     arm: Robot, joint: int, indices: list[int], parameters: list[_core.Parameter], start: FloatArray
 ) -> tuple[Changing, FloatArray]:

@@ -28,7 +28,6 @@ from fastcal.calibration.unknowns import CORNERS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.causes import LEVEL
-from fastcal.monitoring.linear import record_of
 from fastcal.place import joint_name, place_of
 from fastcal.robot.rig import PLACEMENT
 from fastcal.robot.robot import Robot
@@ -92,7 +91,7 @@ def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureChec
     Raises:
         InvalidInput: There are no corners, or the model was not calibrated with any.
     """
-    noise = record_of(model).sigma(CORNERS)
+    noise = None if model.record is None else model.record.sigma(CORNERS)
     if CORNERS not in data.kinds or noise is None:
         raise InvalidInput(f"{data.source}: expected corners of boards, and a model that was calibrated with corners")
     looked = seen_by_model(model, data, threads)
@@ -127,7 +126,8 @@ def _explained(
         if parameter.name in PLACEMENT:
             places.setdefault(parameter.owner, []).append(k)
     blocks = {owner: J[:, own] for owner, own in places.items()}
-    blocks |= {joint_name(joint): G[:, joint : joint + 1] for joint in range(G.shape[1])}
+    if not model.of_poses:
+        blocks |= {joint_name(joint): G[:, joint : joint + 1] for joint in range(G.shape[1])}
     found: list[tuple[float, Moved]] = []
     for owner, columns in blocks.items():
         x = np.asarray(np.linalg.lstsq(columns, -r, rcond=1e-10)[0], dtype=np.float64)

@@ -32,6 +32,10 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
     if result.misfits:
         look = look_at(result.misfits[0])
         return f"next: {look[0].lower()}{look[1:]}"
+    if result.model.of_poses:
+        if result.test is None:
+            return "next: check it on pictures that were not fitted (--test and --test-corners)"
+        return "next: write where the camera is for other programs (--hand-eye)"
     rows = rows_of("Training", result.train, result.model.joint_types)
     if rows is None:
         return "next: nothing was measured that shows how large the remaining error is"

@@ -17,7 +17,10 @@ from fastcal.report.view import Rows
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from fastcal.calibration.calibrate import CalibrationResult
+    from fastcal.calibration.camera_places import CameraPlace
 
 _WORSE_ON_TEST = 1.3
 _NO_GAIN = 0.97
@@ -48,7 +51,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     remarks = [_unidentifiable(result)]
     if train is not None:
         remarks = [_on_test(train, test), _what_remains(train, trends), *remarks, *_outlying(result, train)]
-    remarks = [*_misfits(result), *_caveats(result), *_shape(result), *_cameras(result), *remarks]
+    remarks = [*_misfits(result), *_caveats(result), *_shape(result), *camera_remarks(result.cameras), *remarks]
     if result.status != "converged":
         headline = _(
             "The calibration failed: {reason}. The figures show where it stopped.", reason=result.message.rstrip(".")
@@ -69,6 +72,12 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
         "after": _size(after.mean, after.mean, rows.unit),
         "where": where,
     }
+    is_careful = any(remark.is_caution for remark in remarks)
+    word = _("With remarks") if is_careful else _("Good")
+    tone = "caution" if is_careful else "good"
+    if result.model.of_poses:
+        headline = _("Cameras and boards were placed; what was read misses by {after} on {where}.", **numbers)
+        return Verdict(tone, word, headline, remarks)
     if after.rms > _NO_GAIN * before.rms:
         headline = _(
             "Calibration did not make the robot noticeably more accurate: the mean error went from {before} to {after} "
@@ -84,9 +93,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
             ratio=significant(ratio, 2),
             **numbers,
         )
-    is_careful = any(remark.is_caution for remark in remarks)
-    word = _("With remarks") if is_careful else _("Good")
-    return Verdict("caution" if is_careful else "good", word, headline, remarks)
+    return Verdict(tone, word, headline, remarks)
 
 
 def listed(names: list[str]) -> str:
@@ -137,10 +144,10 @@ def _shape(result: CalibrationResult) -> list[Remark]:
     return [Remark(told, False, "parameters")]
 
 
-def _cameras(result: CalibrationResult) -> list[Remark]:
+def camera_remarks(cameras: Sequence[CameraPlace]) -> list[Remark]:
     """How surely each camera's place is known."""
     out = []
-    for of in result.cameras:
+    for of in cameras:
         if of.undetermined:
             text = _(
                 "Camera {camera} on {frame}: {axes} undetermined, as the pictures were taken; {advice}.",

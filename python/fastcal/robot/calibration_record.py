@@ -72,6 +72,8 @@ class CalibrationRecord:
             is off by its plausible size.
         covered: Least and greatest of the measured rows by quantity, with its unit: "q3_deg", "payload_kg",
             "temperature_c"; empty in files of older versions.
+        unknowns: Names of the (U,) numbers of cameras and boards: "camera wrist x", a change of where the file has it.
+        unknown_root: (U, P + U) further rows of L, of these: their covariance with the parameters is in it.
     """
 
     parameters: list[str]
@@ -81,6 +83,8 @@ class CalibrationRecord:
     moved: list[str] = field(default_factory=list)
     directions: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     covered: dict[str, tuple[float, float]] = field(default_factory=dict)
+    unknowns: list[str] = field(default_factory=list)
+    unknown_root: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def sigma_mm(self) -> float | None:
@@ -126,6 +130,7 @@ class CalibrationRecord:
             list(held["parameters"]),
             np.array(held["directions"], dtype=float).reshape(len(held["directions"]), len(held["parameters"])).T,
             {name: (float(low), float(high)) for name, (low, high) in (spec.get("covered") or {}).items()},
+            *_unknowns_of(spec.get("unknowns"), count),
         )
 
     def to_spec(self) -> dict[str, Any]:
@@ -147,7 +152,22 @@ class CalibrationRecord:
             spec["held"] = {"parameters": list(self.moved), "directions": columns}
         if self.covered:
             spec["covered"] = {name: [float(low), float(high)] for name, (low, high) in self.covered.items()}
+        if self.unknowns:
+            first = len(self.parameters) + 1
+            rows = [row[: first + k] for k, row in enumerate(_without_traces(self.unknown_root).tolist())]
+            spec["unknowns"] = {"parameters": list(self.unknowns), "covariance_root": rows}
         return spec
+
+
+def _unknowns_of(spec: dict[str, Any] | None, count: int) -> tuple[list[str], NDArray[np.float64]]:
+    """The key `unknowns`, behind `count` parameters."""
+    if not spec:
+        return [], np.zeros((0, 0))
+    rows = spec["covariance_root"]
+    root = np.zeros((len(rows), count + len(rows)))
+    for k, row in enumerate(rows):
+        root[k, : count + 1 + k] = row
+    return list(spec["parameters"]), root
 
 
 def _noise_of(spec: dict[str, Any]) -> dict[str, tuple[float, str]]:

@@ -106,6 +106,13 @@ def assemble(core: _core.RobotModel, q: FloatArray, threads: int = 1) -> Assembl
     )
 
 
+def closed_within(core: _core.RobotModel, q: FloatArray, limits: FloatArray) -> FloatArray:
+    """Of postures q (N, n) those whose loops close, with every joint within its limits (n, 2) [rad or m]."""
+    assembly = assemble(core, q)
+    within = ((assembly.q >= limits[:, 0]) & (assembly.q <= limits[:, 1])).all(axis=1)
+    return np.asarray(assembly.q[within & (np.array(assembly.status) == "closed")])
+
+
 def hidden_parameters(core: _core.RobotModel) -> set[int]:
     """Indices of geometry that moves the tool in no posture: loops put passive joints wherever their mounts are."""
     home = np.asarray(core.home)

@@ -92,8 +92,12 @@ def controller_columns(spec: RobotSpec, q: FloatArray) -> dict[str, FloatArray]:
 
 
 def joint_columns(spec: RobotSpec, values: FloatArray, prefix: str = "q") -> dict[str, FloatArray]:
-    """Values of joints (N, n) [rad or m] by the names of a table's columns, q1_deg (q1_mm) ..., in their units."""
+    """Values of joints (N, n) [rad or m] by the names of a table's columns, q1_deg (q1_mm) ..., in their units.
+
+    Passive joints have none: closed loops say where they are.
+    """
     return {
         f"{prefix}{number}_{joint.unit}": np.asarray(from_si(column, joint.unit))
         for number, (joint, column) in enumerate(zip(spec.joints, np.asarray(values).T, strict=True), start=1)
+        if not joint.passive
     }

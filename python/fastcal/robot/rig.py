@@ -24,6 +24,7 @@ SQUARES = ("checkerboard", "charuco")  # whose columns and rows are squares
 WORLD = -1  # the measuring frame, among the frames of the chain
 PLACEMENT = ("x", "y", "z", "rx", "ry", "rz")
 BEND = ("along_mm", "twist_mm", "across_mm")  # heights of a bent board: z = a x^2 + b x y + c y^2
+_TURN = 1e-6  # [rad] of a difference
 _TAG = ((0, 0), (1, 0), (1, 1), (0, 1))  # corners of a tag, as Kalibr counts them
 
 
@@ -140,6 +141,33 @@ def known_within(spec: Seeing, parameters: Sequence[_core.Parameter]) -> FloatAr
         unit = "mm" if parameter.unit == "m" else "deg"
         if entry is not None and parameter.name in PLACEMENT and f"sigma_{unit}" in entry:
             out[k] = to_si(float(entry[f"sigma_{unit}"]), unit)
+    return out
+
+
+def about_found(parameters: Sequence[_core.Parameter], values: FloatArray) -> FloatArray:
+    """(U, U) by which small errors of the unknowns, found as `values` (U,), are changes of the places found.
+
+    A place T exp is T (exp(r), p); what p is off lies in the turned axes, and a turn that is off by dr turns by the
+    right Jacobian of exp: R^T dp and log(exp(r)^T exp(r + dr)).
+    """
+    out = np.eye(len(parameters))
+    places: dict[str, dict[str, int]] = {}
+    for k, parameter in enumerate(parameters):
+        places.setdefault(parameter.owner, {})[parameter.name] = k
+    for at in places.values():
+        if not set(PLACEMENT) <= at.keys():
+            continue
+        shift, turn = ([at[axis] for axis in part] for part in (PLACEMENT[:3], PLACEMENT[3:]))
+        r = values[turn]
+        R = np.asarray(_core.exp_so3(r))
+        out[np.ix_(shift, shift)] = R.T
+        out[np.ix_(turn, turn)] = np.column_stack(
+            [
+                (_core.log_so3(R.T @ _core.exp_so3(r + step)) - _core.log_so3(R.T @ _core.exp_so3(r - step)))
+                / (2 * _TURN)
+                for step in _TURN * np.eye(3)
+            ]
+        )
     return out
 
 

@@ -196,6 +196,11 @@ class Robot(Shown):
         return str(self.description.cell.get("arm", "arm"))
 
     @property
+    def of_poses(self) -> bool:
+        """Is only the pose of its flange known? Then its joints stand for that, and it has no geometry to identify."""
+        return self.description.of_poses
+
+    @property
     def kinematics(self) -> str:
         """dh, mdh, poe or urdf."""
         return self.description.kinematics

@@ -191,6 +191,7 @@ class RobotSpec:
     cameras: dict[str, Spec] = field(default_factory=dict)
     boards: dict[str, Spec] = field(default_factory=dict)
     cell: Spec = field(default_factory=dict)
+    of_poses: bool = False  # only the pose of its flange is known: its joints stand for that, and are exact
     calibration: Spec = field(default_factory=dict)
     correction: Correction | None = None
     made_by: Spec = field(default_factory=dict)

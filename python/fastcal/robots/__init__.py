@@ -17,6 +17,11 @@ def available() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
+def serial() -> tuple[str, ...]:
+    """Names of the shipped arms that are chains of joints, sorted; the others have closed loops."""
+    return tuple(name for name in available() if "\nloops:" not in _text(name))
+
+
 def path_of(name: str) -> Path | None:
     """The file of a shipped arm; case, spaces, dots, - and _ do not matter. None where there is none of that name.
 
@@ -45,9 +50,13 @@ def similar(name: str) -> list[str]:
 
 def about(name: str) -> str:
     """The first sentence at the head of an arm's file: what it is."""
-    lines = (FOLDER / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+    lines = _text(name).splitlines()
     head = " ".join(line.lstrip("# ") for line in lines if line.startswith("#") and "SPDX" not in line).strip()
     return re.split(r"(?<=[^A-Z])[:.] ", head, maxsplit=1)[0].rstrip(".")
+
+
+def _text(name: str) -> str:
+    return (FOLDER / f"{name}.yaml").read_text(encoding="utf-8")
 
 
 def _plain(name: str) -> str:

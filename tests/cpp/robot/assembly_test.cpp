@@ -189,6 +189,18 @@ TEST(Assembly, AFlatParallelogramIsSingular) {
   EXPECT_EQ(assembler.assemble(q.data()), AssemblyStatus::kSingular);
 }
 
+/// Beyond the fold its crossed form closes too, and lies on the same side: the way there is seen to bend.
+TEST(Assembly, BeyondItsFoldAParallelogramIsAnotherAssembly) {
+  const RobotModel robot = test::four_bar({0, 1, 2});
+  const Chain chain = robot.chain();
+  for (const double beyond : {-0.05, -0.3, -0.9}) {
+    Assembler assembler(chain);
+    std::vector<double> q(chain.home.data(), chain.home.data() + chain.joint_count());
+    q[0] = beyond;
+    EXPECT_NE(assembler.assemble(q.data()), AssemblyStatus::kClosed) << beyond;
+  }
+}
+
 TEST(Assembly, ALoopThatLeavesAJointFreeOrCannotCloseIsRefused) {
   const auto refusal = [](const std::function<void()>& build) -> std::string {
     try {

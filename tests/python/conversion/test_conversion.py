@@ -50,7 +50,7 @@ def poe_arm(axes: list[tuple[Any, Any]], home: Array | None = None, **more: Any)
     return check_spec({"name": "arm", "kinematics": "poe", "joints": joints, "home": frame} | more)
 
 
-@pytest.mark.parametrize("name", robots.available())
+@pytest.mark.parametrize("name", robots.serial())
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_shipped_arm_becomes_every_kind_and_comes_back(name: str, kind: str) -> None:
     spec = read_spec(name)
@@ -66,7 +66,7 @@ def test_every_shipped_arm_becomes_every_kind_and_comes_back(name: str, kind: st
         assert worst(tool_poses(converted.spec, q), expected) < 1e-12
 
 
-@pytest.mark.parametrize("name", [name for name in robots.available() if "link" in read_spec(name)["joints"][0]])
+@pytest.mark.parametrize("name", [name for name in robots.serial() if "link" in read_spec(name)["joints"][0]])
 @pytest.mark.parametrize("kind", KINDS)
 def test_bodies_payload_and_gravity_stay_where_they_are(name: str, kind: str) -> None:
     spec = read_spec(name)
@@ -144,7 +144,7 @@ def test_nearly_parallel_axes_never_give_a_far_d(
         assert joint["d_mm"] == pytest.approx(truth["d_mm"], abs=1e-6)
 
 
-@pytest.mark.parametrize("name", robots.available())
+@pytest.mark.parametrize("name", robots.serial())
 @pytest.mark.parametrize("kind", ["dh", "mdh"])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_measured_arm_keeps_near_its_nominal_table(name: str, kind: str, seed: int) -> None:

@@ -9,9 +9,9 @@ import pytest
 
 from fastcal import InvalidInput, Robot, configurations, inverse_kinematics, load_robot, perturbed, random_poses
 from fastcal.ik.posture import SphericalWristArm
-from fastcal.robots import available
+from fastcal.robots import serial
 
-SIX = [name for name in available() if load_robot(name).joint_types == ["revolute"] * 6]
+SIX = [name for name in serial() if load_robot(name).joint_types == ["revolute"] * 6]
 
 
 @pytest.mark.parametrize("name", SIX)

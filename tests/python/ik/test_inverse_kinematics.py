@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import fastcal
 from fastcal import InvalidInput, Robot, inverse_kinematics, load_robot, random_poses
-from fastcal.robots import available
+from fastcal.robots import serial
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def least_singular_value(robot: Robot, q: Array) -> Array:
     return np.asarray(np.linalg.svd(J, compute_uv=False)[:, -1])
 
 
-@pytest.mark.parametrize("name", available())
+@pytest.mark.parametrize("name", serial())
 def test_what_an_arm_reaches_is_found_within_its_limits(name: str) -> None:
     robot = load_robot(name)
     targets = robot.forward(random_poses(robot, 300, seed=1))

@@ -72,7 +72,7 @@ class Joined:
 def simulated_join(seed: int) -> Joined:
     """0 to 3 rows missing from either list, extra, measured twice or swapped; an arm that is not quite nominal."""
     rng = np.random.default_rng(seed)
-    names = robots.available()
+    names = robots.serial()
     robot = load_robot(names[seed % len(names)])
     count = int(rng.choice([20, 40, 60, 120]))
     q = random_poses(robot, count, seed=seed)

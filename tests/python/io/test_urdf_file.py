@@ -53,7 +53,7 @@ def forward(xml: str, q: Array) -> Array:
     return T
 
 
-@pytest.mark.parametrize("name", robots.available())
+@pytest.mark.parametrize("name", robots.serial())
 def test_an_arm_written_as_urdf_is_the_same_arm(name: str, tmp_path: Path) -> None:
     spec = read_spec(name)
     spec["base"] = {"xyz_mm": [100.0, 0.0, -30.0], "rpy_deg": [10.0, 20.0, 30.0]}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import _core, calibrate, design_poses, inverse_kinematics, load_measurements, load_robot
+from fastcal import _core, calibrate, design_poses, inverse_kinematics, load_measurements, load_robot, robots
 from fastcal.conversion import convert
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.measurements.dataset import Dataset
@@ -19,7 +19,7 @@ from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
-EXAMPLES = Path(__file__).parents[3] / "examples" / "closed_loops"
+LOOPED = sorted(set(robots.available()) - set(robots.serial()))
 THIRDS = (0.0, 120.0, 240.0)
 
 
@@ -315,9 +315,9 @@ def test_loops_are_kept_in_a_robot_file(tmp_path: Path, spec: Spec) -> None:
         robot.save(tmp_path / "robot.urdf")
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: str(path.stem))
-def test_an_example_closes_its_loops_and_comes_back(path: Path) -> None:
-    robot = load_robot(path)
+@pytest.mark.parametrize("name", LOOPED)
+def test_a_shipped_arm_closes_its_loops_and_comes_back(name: str) -> None:
+    robot = load_robot(name)
     q = postures(robot, 10, spread=0.2)
     assert set(robot.assemble(q).status) == {"closed"}
     found = inverse_kinematics(robot, robot.forward(q), seed=np.asarray(robot.core.home))
@@ -326,7 +326,7 @@ def test_an_example_closes_its_loops_and_comes_back(path: Path) -> None:
 
 def test_a_parallelogram_turns_its_elbow_as_the_crank_says() -> None:
     """An ideal parallelogram: the upper arm keeps the direction of the crank, whatever the lower arm does."""
-    robot = load_robot(EXAMPLES / "parallelogram_6r.yaml")
+    robot = load_robot("parallelogram_6r")
     q = postures(robot, 20)
     assert np.abs(q[:, 3] - (q[:, 1] - q[:, 2])).max() < 1e-10
 

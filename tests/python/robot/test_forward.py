@@ -18,7 +18,7 @@ from fastcal import InvalidInput, _core, random_poses
 from fastcal.conversion import convert
 from fastcal.io.robot_file import load_robot
 from fastcal.robot.robot import Robot, Spec
-from fastcal.robots import available
+from fastcal.robots import serial
 
 KINDS = ("dh", "mdh", "poe", "urdf")
 POSES = 10_000
@@ -94,7 +94,7 @@ def placed(name: str, kind: str) -> Robot:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", available())
+@pytest.mark.parametrize("name", serial())
 def test_forward_kinematics_is_that_of_the_files_definition(name: str, kind: str) -> None:
     robot = placed(name, kind)
     q = postures(robot, POSES, 1)
@@ -102,7 +102,7 @@ def test_forward_kinematics_is_that_of_the_files_definition(name: str, kind: str
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", available())
+@pytest.mark.parametrize("name", serial())
 def test_every_kind_of_file_is_the_same_arm(name: str, kind: str) -> None:
     robot = load_robot(name)
     other = Robot(convert(robot, kind).spec)
@@ -111,7 +111,7 @@ def test_every_kind_of_file_is_the_same_arm(name: str, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", available())
+@pytest.mark.parametrize("name", serial())
 def test_every_jacobian_column_is_the_derivative(name: str, kind: str) -> None:
     robot = placed(name, kind)
     model = robot.error_model

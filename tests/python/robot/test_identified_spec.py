@@ -9,7 +9,7 @@ import fastcal
 from fastcal.robot.identified_spec import moved, with_frames
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot
-from fastcal.robots import available
+from fastcal.robots import serial
 
 
 def elsewhere(seed: int) -> np.ndarray:
@@ -21,7 +21,7 @@ def elsewhere(seed: int) -> np.ndarray:
     return T
 
 
-@pytest.mark.parametrize("name", list(available()))
+@pytest.mark.parametrize("name", list(serial()))
 def test_a_moved_robot_is_that_of_its_spec_to_the_bit(name: str) -> None:
     robot = fastcal.load_robot(name)
     base, tool = elsewhere(1), elsewhere(2)

@@ -203,4 +203,4 @@ def test_an_iiwa_is_as_high_as_in_its_drawing() -> None:
 def test_a_shipped_arm_is_described_in_one_line(name: str) -> None:
     said = robots.about(name)
     assert 10 < len(said) < 110
-    assert "R" in said
+    assert "R" in said or name not in robots.serial()
