@@ -41,11 +41,11 @@ SurrogateInput surrogate_input(const std::string& name, const RobotModel& robot)
   if (name == "temperature") return {[](const State& s) { return s.temperature; }, kNothing, name};
   for (int axis = 0; axis < 3; ++axis) {
     const std::string word = kAxes[axis];
-    if (name == "gravity_" + word)
-      return {[tool, axis](const State& s) {
-                return s.frames[tool].R.col(axis).dot(Eigen::Map<const Eigen::Vector3d>(s.gravity).normalized());
-              },
-              kFrames};
+    const auto down = [tool, axis](const State& s) {
+      return s.frames[tool].R.col(axis).dot(Eigen::Map<const Eigen::Vector3d>(s.gravity).normalized());
+    };
+    if (name == "gravity_" + word) return {down, kFrames};
+    if (name == "weight_" + word) return {[down](const State& s) { return s.payload * down(s); }, kFrames};
     if (name == "sight_" + word)
       return {
           [tool, axis](const State& s) { return s.frames[tool].R.col(axis).dot(Sight(s.frames[tool].p).outward()); },

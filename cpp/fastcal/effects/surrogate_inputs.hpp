@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: MIT
 //
 // What a surrogate's function may depend on, by name: "q3", "load3", "approach3" of a joint, "extra:0" a column of
-// State::extra, "payload", "time", "temperature", "gravity_x" (its direction in the tool's axes), "down3_x" (in those
-// of link 3), "sight_x" (direction from the instrument, in the tool's axes), "forward_x" and
-// "forward_y" (direction of the tool from the instrument, seen from above), "height" (sine of its elevation), "range",
-// "x", "y", "z" (of the tool, measuring frame). SI.
+// State::extra, "payload", "time", "temperature", "gravity_x" (its direction in the tool's axes), "weight_x" (the same
+// times the payload), "down3_x" (in the axes of link 3), "sight_x" (direction from the instrument, in the tool's axes),
+// "forward_x" and "forward_y" (direction of the tool from the instrument, seen from above), "height" (sine of its
+// elevation), "range", "x", "y", "z" (of the tool, measuring frame). SI.
 #pragma once
 
 #include <functional>

@@ -33,6 +33,7 @@ from fastcal.diagnosis.rig_causes import found_rig_causes
 from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.search import SearchNode
 from fastcal.diagnosis.sure_names import Told, sure_names
+from fastcal.diagnosis.surrogate_bases import best_with_surrogate
 from fastcal.diagnosis.words import sentence_of
 from fastcal.effects.rig_traits import ALIKE, RIG_TRAITS
 from fastcal.errors import InvalidInput
@@ -182,6 +183,9 @@ def _found(
     model = rivals.bare(sure) if unsure else model
     notify("beside what anyone would try")
     written = best_of_all(plain, model, remains=remains)
+    if rows is None:
+        simpler = {id(one.fit): one for one in map(rivals.bare, (search.start, model.state))}
+        written = best_with_surrogate(written, list(simpler.values()), level, threads)
     told = beside_plain(told, written) if written.is_plain else told
     return Found(robot, data, rows, test, search, written, told, library, level, sigma, threads, tuple(lost))
 

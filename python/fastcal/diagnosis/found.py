@@ -29,7 +29,7 @@ from fastcal.diagnosis.noise import (
     with_estimated_noise,
 )
 from fastcal.diagnosis.noise_scales import noise_by_kind
-from fastcal.diagnosis.periodic import fine_looks
+from fastcal.diagnosis.periodic import fine_looks, is_periodic
 from fastcal.diagnosis.plain_models import Judged
 from fastcal.diagnosis.plan import SeparatingPlan, separating_plan
 from fastcal.diagnosis.problem import Problem, prepared_problem
@@ -45,6 +45,7 @@ from fastcal.diagnosis.words import noise_doubts, sentence_of
 from fastcal.effects.entries import curve_of, label
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindMisfit
+from fastcal.place import place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.said import said
 
@@ -274,8 +275,10 @@ class Found:
         doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))
         if grade == "A" and doubts:
             grade, limits = "B", doubts
+        if grade == "B" and self._is_part_of_a_curve(name, remaining):
+            grade, limits = "C", (Because(Reason.CURVE_WITHOUT_NAME), *limits)
         if unsure is not None:
-            grade = "C" if unsure.reason is Reason.PLAIN_MODEL_PREDICTS else "B" if grade == "A" else grade
+            grade = max(grade, "B") if unsure.reason is Reason.CHANGES_OTHERWISE else "C"
             limits = (unsure, *limits)
         return Finding(
             effect=name.effect,
@@ -290,6 +293,15 @@ class Found:
             limits=limits,
             in_model=unsure is None,
         )
+
+    def _is_part_of_a_curve(self, name: Hypothesis, remaining: Unexplained | None) -> bool:
+        """Is a wave or a slope beside a curve over its joint's position, or what remains there by that position?"""
+        if not is_periodic(name):
+            return False
+        if any(entry["owner"] == name.owner for entry in self.model.profiles if entry["effect"] == curve_of("joint")):
+            return True
+        own = place_of(name.owner).position
+        return remaining is not None and remaining.owner == name.owner and own in remaining.depends_on
 
     def _unnamed(self, model: Robot, entry: Spec) -> Finding:
         """What is in the model without being named: a joint that errs by its own position, or a part of a plain model.

@@ -38,6 +38,8 @@ from fastcal.said import chained, joined, said
 
 FloatArray = NDArray[np.float64]
 
+JUDGED = (None, STRETCHES, REGIONS)  # how rows are held out: by poses, stretches, regions
+
 
 @dataclass(frozen=True, eq=False)
 class Judged:
@@ -50,6 +52,8 @@ class Judged:
         is_plain: Would anyone have tried it?
         by_least_squares: Of all rows, with the noise white?
         lead: Share by which it leaves less of what held-out rows are off by, squared, than what was found.
+        has_surrogate: Is it written for what it leaves as a smooth function?
+        is_chosen: Has it a part of the laws of all joints, those that help to predict the rows held out?
     """
 
     model: Model
@@ -57,6 +61,8 @@ class Judged:
     is_plain: bool
     by_least_squares: bool = False
     lead: float = 0.0
+    has_surrogate: bool = False
+    is_chosen: bool = False
 
     @property
     def holds_the_arm(self) -> bool:
@@ -89,6 +95,7 @@ class Judged:
             said("{effect} of {places}", effect=_what(effect), places=_where(own, joints))
             for effect, own in owners.items()
         ]
+        parts += [said("a smooth function of what it leaves")] if self.has_surrogate else []
         held = model.fit.problem.arm_size
         arm = said("base and tool") if held == 0 else said("the geometry")
         if parts:
@@ -115,7 +122,7 @@ def _where(owners: Sequence[str], joints: int) -> str:
 
 def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:
     """A model with its held-out rows."""
-    kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in (None, STRETCHES, REGIONS))
+    kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in JUDGED)
     return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares)
 
 
@@ -123,12 +130,14 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     """The model that was found, or a plain one that predicts held-out rows clearly better.
 
     Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
-    something `remains` curves are tried too, and one standard error decides; else MIN_GAIN of them.
+    something `remains` curves are tried too, and one standard error decides; else MIN_GAIN of them, and always for laws
+    of some joints: the best of many parts seems to gain one by chance.
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
     plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
-    better = [one for one in plain if _beats(one, own, errors) and _holds_elsewhere(one.model, found)]
+    needed = {id(one): rules.MIN_GAIN if one.is_chosen else errors for one in plain}
+    better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
     return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
@@ -180,16 +189,23 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
             for problem in (state.fit.problem, _as_measured(state.fit.problem)):
                 if problem is None or (entries and problem is not state.fit.problem and not few):
                     continue
-                model = _known(rivals, state, entries, problem) or _with(state, _beside(state, entries), problem)
+                tried = _beside(state, entries)
+                model = _known(rivals, state, entries, problem) or _with(state, tried, problem)
                 if model is not None and model.profiles:
                     model = rivals.with_what_helps(model)
                 if model is not None:
-                    yield judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
+                    one = judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
+                    yield replace(one, is_chosen=len(_laws(model.profiles)) < len(_laws(tried)))
     for size in (_arm_size(start.fit.problem) if few else None, 0.0):
         for problem in (start.fit.problem, _as_measured(start.fit.problem)):
             if problem is not None and size is not None:
                 held = SearchNode(fit(replace(problem, arm_size=size), [], start.fit), start.family)
                 yield judged(bare(held), is_plain=True, by_least_squares=problem is not start.fit.problem)
+
+
+def _laws(entries: Sequence[Spec]) -> list[Spec]:
+    """Those that are no curves over a position: curves are also judged where their joints have not been."""
+    return [entry for entry in entries if traits_of(entry["effect"]).role != "curve"]
 
 
 def _arm_size(problem: Problem) -> float | None:

@@ -1,21 +1,31 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What parameters may be before the rows are looked at: plausible sizes, and the deviations of their priors."""
+"""What parameters may be: plausible sizes and the deviations of their priors, before the rows are looked at.
+
+And whether the rows show where a law bends.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.parameter_limits import has_prior
+from fastcal.calibration.repeatability import pose_groups
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Linearization, Problem, core_entry
 from fastcal.effects.entries import curve_of
+from fastcal.place import place_of
 from fastcal.robot.robot import Spec
+
+if TYPE_CHECKING:
+    from fastcal.diagnosis.fits import Fit
+    from fastcal.diagnosis.library import Hypothesis
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -97,3 +107,22 @@ def of_effects(
             out[at : at + count] = prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
         at += count
     return out
+
+
+def bends_unseen(at: Fit, name: Hypothesis) -> bool:
+    """Do fewer than MIN_ROWS_BESIDE_STEP poses load the joint less, or more, than where an added law bends?
+
+    Its slope on that side is then that of a few poses: a step at no load, or a line that other loads do not follow.
+    """
+    if name.traits.searched != "critical":
+        return False
+    place = at.place(name)
+    corners = [
+        value
+        for p, value in zip(at.model.parameters[place], at.theta[place], strict=True)
+        if p.name.startswith("critical")
+    ]
+    first = np.unique(pose_groups(at.problem.kept), return_index=True)[1]  # a pose that is repeated shows one load
+    load = np.abs(at.loads[first, place_of(name.owner).index])
+    below = [int(np.sum(load < corner)) for corner in corners]
+    return any(min(count, len(load) - count) < rules.MIN_ROWS_BESIDE_STEP for count in below)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,8 @@ from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.gap import GapStep
 from fastcal.diagnosis.noise_scales import without_scales
 from fastcal.diagnosis.result import AdaptedModel, Unexplained
-from fastcal.surrogate import Thresholds, add_surrogate, formulas
+from fastcal.robot.robot import Robot
+from fastcal.surrogate import AddedSurrogate, Thresholds, add_surrogate, formulas
 from fastcal.surrogate.candidates import SLOW
 
 _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
@@ -45,19 +47,8 @@ def with_surrogate(
         drifts: Something moves in time that is no noise with a memory.
     """
     problem = fit.problem
-    if problem.repeatability is not None:  # corners of a picture err together, and curves would be drawn through that
-        return None, None, unexplained
-    data, noise = without_scales(problem)
-    found = add_surrogate(
-        last.model,
-        data.select(reached),
-        noise=noise,
-        thresholds=thresholds(),
-        unknowns=np.concatenate([np.zeros(0), *(fit.unknowns | given_rig(last.model, data)).values()]),
-        exclude=SLOW if problem.noise.memory > 0 and not drifts else frozenset(),  # a memory is such a curve too
-        threads=judge.threads,
-    )
-    if found.owner is None or found.evidence < rules.SURROGATE_EVIDENCE:
+    found = surrogate_of(last.model, fit, reached, drifts=drifts, threads=judge.threads)
+    if found is None or found.owner is None or found.evidence < rules.SURROGATE_EVIDENCE:
         return None, None, unexplained
     on = tuple(_COLUMNS.get(name, name) for name in found.depends_on)
     is_borne_out = found.held_out < rules.SURROGATE_HELD_OUT
@@ -75,6 +66,36 @@ def with_surrogate(
     return model, step, placed
 
 
+def surrogate_of(
+    model: Robot,
+    fit: Fit,
+    reached: NDArray[np.bool_],
+    *,
+    drifts: bool,
+    folds: Sequence[NDArray[np.intp]] = (),
+    threads: int = 1,
+) -> AddedSurrogate | None:
+    """What a model leaves of rows that it reaches, as surrogates; arguments as `with_surrogate`'s.
+
+    None for pictures: corners of one err together, and curves would be drawn through that. `folds` (N,) are those of
+    `add_surrogate`, over all rows.
+    """
+    problem = fit.problem
+    if problem.repeatability is not None:
+        return None
+    data, noise = without_scales(problem)
+    return add_surrogate(
+        model,
+        data.select(reached),
+        noise=noise,
+        thresholds=thresholds(),
+        unknowns=np.concatenate([np.zeros(0), *(fit.unknowns | given_rig(model, data)).values()]),
+        exclude=SLOW if problem.noise.memory > 0 and not drifts else frozenset(),  # a memory is such a curve too
+        folds=[fold[reached] for fold in folds],
+        threads=threads,
+    )
+
+
 def thresholds() -> Thresholds:
     """What the rules ask of a surrogate."""
     return Thresholds(
@@ -82,6 +103,7 @@ def thresholds() -> Thresholds:
         further_evidence=rules.FURTHER_SURROGATE_EVIDENCE,
         held_out=rules.SURROGATE_HELD_OUT,
         lead=rules.UNNAMED_LEAD,
+        later=rules.MIN_GAIN,
         blocks=rules.MAX_SURROGATES,
         bins=rules.POSITION_BINS,
     )

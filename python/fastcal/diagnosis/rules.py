@@ -96,7 +96,8 @@ WAVE_ORDERS = (1, 2, 3, 4, 5, 6)
 CORNER_QUANTILES = (0.2, 0.35, 0.5, 0.65, 0.8)
 # How late heat may reach the metal [of the time that the data span].
 LAG_SHARES = (0.04, 0.1, 0.25)
-# Moments of a step that are tried before the best is searched for, and rows on either side of it at least.
+# Moments of a step that are tried before the best is searched for, and rows on either side of it at least, as poses
+# that load a joint less, and more, than where a law of its load bends.
 STEP_MOMENTS, MIN_ROWS_BESIDE_STEP = 24, 5
 # Fourier orders of a curve over a turn, and degree of a curve over a load.
 CURVE_ORDERS = 6
@@ -153,7 +154,9 @@ REGIONS, MIN_REGION_ROWS = 32, 3
 # Size from which on the loss of a held-out row grows with its size only [typical rows]: squares judge white noise.
 LOSS_SIZE = 3.0
 # Standard errors by which a name must help to predict held-out rows to be given at all. A signal of s standard
-# deviations gains about s / 2 of these, and the best of a hundred names seems to gain 1 where nothing is missing.
+# deviations gains about s / 2 of these, and the best of a hundred names seems to gain 1 where nothing is missing. So
+# must laws of some joints in place of what was found, and a simpler model with its surrogate; and a surrogate that
+# changes with time in the last rows, which are few.
 MIN_GAIN = 2.0
 # The same where an order, a moment or a lag was searched for: the rows held out had their say in it. Simulated.
 MIN_SEARCHED_GAIN = 3.0

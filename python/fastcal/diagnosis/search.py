@@ -24,6 +24,7 @@ from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, lead, positions
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
+from fastcal.diagnosis.priors import bends_unseen
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.scans import at_best_moment
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -143,8 +144,8 @@ class SearchNode:
 
     @cached_property
     def impossible(self) -> bool:
-        """A parameter lies beyond its bounds: a symptom of something else."""
-        return any(is_beyond_bounds(self.fit, name) for name in self.names)
+        """A parameter lies beyond its bounds, or a law bends where no rows are: a symptom of something else."""
+        return any(is_beyond_bounds(self.fit, name) or bends_unseen(self.fit, name) for name in self.names)
 
     @property
     def key(self) -> tuple[str, ...]:

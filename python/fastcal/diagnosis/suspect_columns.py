@@ -174,33 +174,46 @@ def _bic(found: Fit, plain: SearchNode) -> float:
 def _leaves_half(found: Fit, plain: Fit) -> bool:
     """And nothing beyond what noise may leave."""
     beyond = found.remaining - found.freedom
-    noise = _DEVIATIONS * float(np.sqrt(2 * found.freedom))
-    return found.converged and beyond < min(0.5 * (plain.remaining - plain.freedom), noise)
+    return found.converged and beyond < min(0.5 * (plain.remaining - plain.freedom), _noise_of(found))
 
 
 def _labels(plain: SearchNode, best: SearchNode) -> Reading | None:
     """Rows of one payload that do not carry it, such as a column that is 0 in every second row.
 
-    The others must be fitted by themselves, better than what was named fits all, and their model must miss these rows.
+    The others must be fitted by themselves, down to the noise and better than what was named fits all, and their model
+    must miss these rows by more than it is unsure of them. Where that is so of several payloads, what is missing merely
+    grows with them.
     """
     at = plain.fit
     problem, data = at.problem, at.problem.data
     levels = np.unique(data.payload)
-    if len(levels) > _MOST_LABELS:
-        return None
+    found: list[Reading] = []
     by_names = min(one.remaining / one.freedom for one in (at, best.fit))
-    for level in levels:
+    for level in levels if len(levels) <= _MOST_LABELS else ():
         among = data.payload == level
         if not _FEW < among.mean() < 1 - _FEW or not np.ptp(data.payload[~among]) > 0:
             continue
         rest = fit(problem.with_rows(problem.used & ~among), plain.names, at)
-        every = rest.on_every_row
-        here = among[every.problem.rows[every.near.row]]
-        missed = float(np.mean((every.near.r[here] / every.problem.noise.factor) ** 2))
         own = rest.remaining / rest.freedom
-        if rest.converged and own < _CLEARLY * by_names and _CLEARLY * missed > own:
+        is_all = rest.remaining - rest.freedom < _noise_of(rest)
+        if rest.converged and is_all and own < _CLEARLY * by_names and _misses(rest, among, own):
             rows = np.flatnonzero(among)
             first = ", ".join(map(str, rows[:3]))
             words = f"the payload column does not fit rows {first} ..., which have {_kg(level)} kg"
-            return Reading(f"{words}: these {len(rows)} rows are left out", without=rows)
-    return None
+            found.append(Reading(f"{words}: these {len(rows)} rows are left out", without=rows))
+    return found[0] if len(found) == 1 else None
+
+
+def _noise_of(found: Fit) -> float:
+    """What noise may leave beyond the degrees of freedom, in chi square."""
+    return _DEVIATIONS * float(np.sqrt(2 * found.freedom))
+
+
+def _misses(rest: Fit, among: NDArray[np.bool_], own: float) -> bool:
+    """Are other rows (N,) clearly further off a fit than noise, `own` of a number, and its covariance make them?"""
+    every = rest.on_every_row
+    here = among[every.problem.rows[every.near.row]]
+    missed = float(np.mean((every.near.r[here] / every.problem.noise.factor) ** 2))
+    J = every.near.J[here][:, rest.free] / every.problem.noise.factor
+    expected = own * (1 + float(np.mean(np.sum((J @ rest.covariance) * J, axis=1))))
+    return _CLEARLY * missed > expected

@@ -40,6 +40,7 @@ _VARIABLES = {
     "payload_kg": said("the payload"),
     "reach": said("where the arm reaches"),
     "gravity": said("how it is held against gravity"),
+    "weight": said("the payload and how it is held against gravity"),
     "sight": said("the side from which it is looked at"),
     "forward": said("the direction in which it is looked at"),
     "height": said("the height at which it is looked at"),
@@ -258,6 +259,8 @@ def _cause(f: Finding) -> Said:
     if f.equivalents:
         others = chained("{first} or {second}", [cause_in_words(*other) for other in f.equivalents])
         return said("{cause}, or {others}: these data can't tell which.", cause=what, others=others)
+    if f.grade == "C" and not f.in_model:
+        return said("{cause}, is possible, and no more.", cause=what)
     if f.grade == "C":
         if any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1]):
             because = said("the cause may be another one")

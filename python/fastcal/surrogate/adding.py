@@ -11,6 +11,7 @@ function comes with the shift of the geometry that makes both together orthogona
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,13 +20,20 @@ from numpy.typing import NDArray
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
 from fastcal.surrogate.blocks import Block, choose_blocks
-from fastcal.surrogate.candidates import SLOW, candidates
+from fastcal.surrogate.candidates import SLOW, Candidate, candidates
 from fastcal.surrogate.entries import curve, effect_entries
-from fastcal.surrogate.held_out import at_other_inputs, at_other_poses, lead_at_last_rows, lead_at_other_poses
+from fastcal.surrogate.held_out import (
+    at_other_inputs,
+    at_other_poses,
+    lead_at_last_rows,
+    lead_at_other_poses,
+    less_by_row,
+)
 from fastcal.surrogate.problem import ResidualProblem, misfit, residual_problem
 from fastcal.surrogate.thresholds import Thresholds
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 _ROWS = 1200  # that blocks are chosen on: more add nothing about a smooth curve
 _ROWS_FITTED = 6000
@@ -46,6 +54,8 @@ class AddedSurrogate:
             nothing else is tried.
         inputs, curve: (N, inputs) and (N, directions) [rad, m]: the first block's function over the rows.
         unknowns: (U,) of the observations, shifted as the geometry is.
+        less: (N,) by how much the square of each row, left out with its fold, is less with what was added [of `noise`,
+            squared]; 0 where nothing was.
     """
 
     model: Robot
@@ -58,6 +68,7 @@ class AddedSurrogate:
     inputs: FloatArray
     curve: FloatArray
     unknowns: FloatArray
+    less: FloatArray
 
 
 def add_surrogate(
@@ -68,6 +79,7 @@ def add_surrogate(
     thresholds: Thresholds,
     unknowns: FloatArray | None = None,
     exclude: frozenset[str] = frozenset(),
+    folds: Sequence[IntArray] = (),
     threads: int = 1,
 ) -> AddedSurrogate:
     """Places what a calibrated model leaves and adds a surrogate of it, if evidence and poses left out both agree.
@@ -80,23 +92,33 @@ def add_surrogate(
         thresholds: What it must show to be added.
         unknowns: (U,) of the observations: places of anchors, planes ...
         exclude: Places and inputs to leave out, such as "workspace", "time".
+        folds: (N,) parts in which rows are left out, for `AddedSurrogate.less`: several ways, of which it is the mean.
         threads: Cores; the result does not depend on it.
     """
+    found, is_slow = _added(model, data, noise, thresholds, unknowns, exclude, folds, threads)
+    if is_slow:  # what moves otherwise may be added all the same
+        still, _ = _added(model, data, noise, thresholds, unknowns, exclude | SLOW, folds, threads)
+        return still if still.added else found
+    return found
+
+
+def _added(
+    model: Robot,
+    data: Dataset,
+    noise: tuple[float, float, float],
+    thresholds: Thresholds,
+    unknowns: FloatArray | None,
+    exclude: frozenset[str],
+    folds: Sequence[IntArray],
+    threads: int,
+) -> tuple[AddedSurrogate, bool]:
+    """`add_surrogate`, and whether nothing is added since what was found first changes with time or temperature."""
     considered = [c for c in candidates(model, data, threads) if not exclude & {c.owner, *c.inputs}]
-    owners = list(dict.fromkeys(c.owner for c in considered))
-    few = data.select(_some(len(data), _ROWS))
-    problem = residual_problem(model, few, noise, unknowns, owners, threads)
-    blocks = choose_blocks(problem, considered, thresholds)
+    problem, blocks = _chosen(model, data, noise, thresholds, unknowns, considered, threads)
     places = np.zeros(0) if unknowns is None else np.ravel(unknowns)
-    nothing = AddedSurrogate(model, (), None, (), 0.0, 0.0, 1.0, np.zeros((0, 0)), np.zeros((0, 0)), places)
+    none, no_less = np.zeros((0, 0)), np.zeros(len(data))
     if not blocks:
-        return nothing
-    if len(data) > len(few):
-        rows = data.select(_some(len(data), _ROWS_FITTED))
-        problem = residual_problem(
-            model, rows, noise, unknowns, list(dict.fromkeys(b.candidate.owner for b in blocks)), threads
-        )
-        blocks = [block.over(problem) for block in blocks]
+        return AddedSurrogate(model, (), None, (), 0.0, 0.0, 1.0, none, none, places, no_less), False
     ratios = [at_other_poses(problem, blocks[: k + 1], considered, thresholds) for k in range(len(blocks))]
     blocks = blocks[: ratios.index(min(ratios)) + 1]  # a further block must help poses left out
     blocks, leads_later = _leading_later(problem, blocks, thresholds)
@@ -114,9 +136,8 @@ def add_surrogate(
         if ratio < thresholds.held_out:  # one that fails is enough
             ratio = max(ratio, at_other_inputs(problem, blocks, block, considered, thresholds))
     may_be_added = is_less and first.evidence >= thresholds.evidence and ratio < thresholds.held_out
-    if may_be_added and not leads_later:
-        may_be_added, ratio = False, 1.0
-    if may_be_added and lead_at_other_poses(problem, blocks, considered, thresholds) < thresholds.lead:
+    is_slow = may_be_added and not leads_later
+    if is_slow or (may_be_added and lead_at_other_poses(problem, blocks, considered, thresholds) < thresholds.lead):
         may_be_added, ratio = False, 1.0
     found = AddedSurrogate(
         model=model,
@@ -129,11 +150,37 @@ def add_surrogate(
         inputs=problem.inputs(first.candidate.inputs),
         curve=curve(problem, first, entries[0]),
         unknowns=places,
+        less=no_less,
     )
     if not may_be_added:
-        return found
+        return found, is_slow
     names = tuple(f"surrogate@{b.candidate.owner}" for b in blocks)
-    return replace(found, model=extended, added=names, unknowns=beside)
+    rows, less = _some(len(data), len(problem.data)), no_less.copy()
+    for fold in folds:
+        less[rows] += less_by_row(problem, blocks, fold[rows], thresholds) / len(folds)
+    return replace(found, model=extended, added=names, unknowns=beside, less=less), False
+
+
+def _chosen(
+    model: Robot,
+    data: Dataset,
+    noise: tuple[float, float, float],
+    thresholds: Thresholds,
+    unknowns: FloatArray | None,
+    considered: Sequence[Candidate],
+    threads: int,
+) -> tuple[ResidualProblem, list[Block]]:
+    """Blocks among the `considered`, and the problem with the rows that they are fitted to."""
+    few = data.select(_some(len(data), _ROWS))
+    owners = list(dict.fromkeys(c.owner for c in considered))
+    problem = residual_problem(model, few, noise, unknowns, owners, threads)
+    blocks = choose_blocks(problem, considered, thresholds)
+    if not blocks or len(data) == len(few):
+        return problem, blocks
+    rows = data.select(_some(len(data), _ROWS_FITTED))
+    owners = list(dict.fromkeys(block.candidate.owner for block in blocks))
+    problem = residual_problem(model, rows, noise, unknowns, owners, threads)
+    return problem, [block.over(problem) for block in blocks]
 
 
 def _leading_later(problem: ResidualProblem, blocks: list[Block], thresholds: Thresholds) -> tuple[list[Block], bool]:
@@ -145,7 +192,7 @@ def _leading_later(problem: ResidualProblem, blocks: list[Block], thresholds: Th
     for k, block in enumerate(blocks):
         if SLOW.isdisjoint(block.candidate.inputs):
             continue
-        if lead_at_last_rows(problem, blocks[: k + 1], thresholds) < thresholds.lead:
+        if lead_at_last_rows(problem, blocks[: k + 1], thresholds) < thresholds.later:
             return blocks[: max(k, 1)], k > 0
     return blocks, True
 

@@ -53,6 +53,8 @@ def candidates(robot: Robot, data: Dataset, threads: int) -> list[Candidate]:
     for word, column in (("time", data.time), ("temperature", data.temperature), ("payload", data.payload)):
         if column is not None and _varies(column):
             known.add(word)
+    if "payload" in known:
+        known |= {"weight_x", "weight_y", "weight_z"}
     known |= {"gravity_x", "gravity_y", "gravity_z"}
     known |= {f"down{i + 1}_{axis}" for i in range(robot.joint_count) for axis in "xyz"}
     if data.position is not None:
@@ -105,6 +107,7 @@ def _all(n: int) -> Iterator[Candidate]:
     yield Candidate("base", ("x", "y", "z"))
     yield Candidate("base", ("temperature",))
     yield Candidate("tool", ("gravity_x", "gravity_y", "gravity_z"))
+    yield Candidate("tool", ("weight_x", "weight_y", "weight_z"))
     yield Candidate("tool", ("time",))
     yield Candidate("tool", ("sight_x", "sight_y", "sight_z"))
     yield Candidate("instrument", ("sight_x", "sight_y", "sight_z"))

@@ -51,6 +51,17 @@ def lead_at_other_poses(
     return _lead(problem, before - after, problem.row >= 0)
 
 
+def less_by_row(
+    problem: ResidualProblem, blocks: list[Block], fold: NDArray[np.integer], thresholds: Thresholds
+) -> FloatArray:
+    """(N,) what the square of each row, left out with its fold (N,), is less by with blocks, without weights."""
+    measured = problem.row >= 0
+    of_number = np.where(measured, fold[problem.row], -1)
+    before, after = _left_out(problem, of_number, blocks, [], thresholds)
+    less = (before - after)[measured] / problem.weight[measured] ** 2
+    return np.asarray(np.bincount(problem.row[measured], less, len(problem.data)), dtype=np.float64)
+
+
 def lead_at_last_rows(problem: ResidualProblem, blocks: list[Block], thresholds: Thresholds) -> float:
     """The same of the last part of the order of measuring: of poses later than those that a block was fitted to."""
     part = measuring_place(problem.data) * FOLDS // len(problem.data)

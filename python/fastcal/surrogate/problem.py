@@ -40,6 +40,7 @@ class ResidualProblem:
         r: (m,) measured less predicted; 0 in the rows of priors.
         row: (m,) index into `rows`, -1 for a prior's.
         fold: (m,) by pose, -1 for a prior's.
+        weight: (m,) of each number, Huber's, already in A and r; 1 for a prior's.
         shifted: (p,) which parameter of the robot each column of A is; -1 for an unknown of an observation.
         place: Owner to (m, directions): what a unit of each motion does.
         data: The used rows; `samples` are their conditions.
@@ -55,6 +56,7 @@ class ResidualProblem:
     r: FloatArray
     row: IntArray
     fold: IntArray
+    weight: FloatArray
     shifted: IntArray
     place: dict[str, FloatArray]
     threads: int = 1
@@ -70,6 +72,7 @@ class ResidualProblem:
             r=self.r[kept],
             row=self.row[kept],
             fold=self.fold[kept],
+            weight=self.weight[kept],
             place={owner: values[kept] for owner, values in self.place.items()},
         )
 
@@ -140,6 +143,7 @@ def residual_problem(
         r=np.append(weight[:, 0] * r, np.zeros(len(columns))),
         row=np.append(row, pad),
         fold=np.append(pose_folds(data, FOLDS, np.random.default_rng(_SEED))[row], pad),
+        weight=np.append(weight[:, 0], np.ones(len(columns))),
         shifted=np.array([*geometry, *([-1] * len(places))], dtype=np.int64),
         place=place,
         threads=threads,

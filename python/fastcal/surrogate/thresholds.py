@@ -16,6 +16,7 @@ class Thresholds:
         further_evidence: Of a further block.
         held_out: RMS of poses left out with everything that is added over that without, which must be less.
         lead: Standard errors, over poses, by which poses left out must lie nearer with blocks chosen without them.
+        later: The same, over the last rows measured, of blocks that change with time or temperature.
         blocks: At most.
         bins: Parts of an input's range: rows in the same parts of all inputs are left out together.
     """
@@ -24,5 +25,6 @@ class Thresholds:
     further_evidence: float
     held_out: float
     lead: float
+    later: float
     blocks: int
     bins: int

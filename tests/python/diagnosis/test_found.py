@@ -9,7 +9,8 @@ import pytest
 
 from fastcal.diagnosis import adaptation
 from fastcal.diagnosis.found import Found
-from fastcal.diagnosis.result import Diagnosis, Finding, NamedValue
+from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.result import Diagnosis, Finding, NamedValue, Unexplained
 
 
 @pytest.mark.parametrize(
@@ -41,3 +42,24 @@ def test_a_wave_that_is_told_and_not_written_is_drawn_by_the_fit_that_has_its_or
         assert Diagnosis.fitted_with(found, wave) is fitted
     other = Finding("backlash", "joint2", "C", {"gap_rad": NamedValue(1e-4, 1e-5)}, 5.0, 1e-3)
     assert Diagnosis.fitted_with(found, other) is found.state
+
+
+@pytest.mark.parametrize(
+    ("effect", "curve", "remaining", "is_part"),
+    [
+        ("gear_harmonic", "joint2", None, True),
+        ("gear_harmonic", "joint3", None, False),
+        ("joint_compliance", "joint2", None, False),
+        ("gear_harmonic", None, Unexplained("joint2", 0.1, ("q2", "load2")), True),
+        ("gear_harmonic", None, Unexplained("joint2", 0.1, ("load2",)), False),
+        ("gear_harmonic", None, Unexplained("joint3", 0.1, ("q2",)), False),
+    ],
+)
+def test_a_wave_beside_a_curve_of_its_joint_is_no_cause_by_itself(
+    effect: str, curve: str | None, remaining: Unexplained | None, is_part: bool
+) -> None:
+    """An axis that jumps was named a gear error and had a curve besides."""
+    profiles = [] if curve is None else [{"effect": "joint_profile", "owner": curve}]
+    found: Any = SimpleNamespace(model=SimpleNamespace(profiles=profiles))
+    name = Hypothesis({"effect": effect, "owner": "joint2"})
+    assert Found._is_part_of_a_curve(found, name, remaining) is is_part

@@ -37,7 +37,7 @@ def test_what_noise_may_have_made_is_told_and_not_written(record: Set) -> None:
     """Nothing is missing: an eccentric gear, 1 of 2,700 by its level, made the other poses 5 % worse."""
     found = record(9112, 206)
     assert found.truth == []
-    assert found.said == ["B gear_harmonic@joint7 5.2"]
+    assert found.said == ["C gear_harmonic@joint7 5.2"]
     assert found.model_um == found.geometry_um
 
 

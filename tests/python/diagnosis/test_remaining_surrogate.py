@@ -74,8 +74,9 @@ def test_a_surrogate_that_fits_worse_is_not_given(found: Diagnosis, monkeypatch:
     assert found.unexplained is not None
     spec = copy.deepcopy(found.model.spec)
     spec["tool"]["xyz_mm"][0] += 5.0
+    places, less = np.zeros(0), np.zeros(9)
     off = AddedSurrogate(
-        Robot(spec), ("surrogate@joint3",), "joint3", ("q3",), 0.9, 1e3, 0.1, *np.zeros((2, 9, 1)), np.zeros(0)
+        Robot(spec), ("surrogate@joint3",), "joint3", ("q3",), 0.9, 1e3, 0.1, *np.zeros((2, 9, 1)), places, less
     )
     monkeypatch.setattr(remaining_surrogate, "add_surrogate", lambda *_, **__: off)
     monkeypatch.setattr(remaining_surrogate, "formulas", lambda *_: [])

@@ -302,6 +302,7 @@ def test_what_something_without_a_name_depends_on_is_spoken() -> None:
     assert depends(["down2_x", "down2_y", "down2_z"]) == "how link 2 is held against gravity"
     assert depends(["sight_x", "sight_y", "sight_z"]) == "the side from which it is looked at"
     assert depends(["gravity"]) == "how it is held against gravity"
+    assert depends(["weight_x", "weight_y"]) == "the payload and how it is held against gravity"
     assert depends(["x", "y", "z"]) == "the place in the workspace"
     assert depends(["load4", "time_s"]) == "the load on joint 4 and time"
     assert depends(["flow"]) == "the column flow"

@@ -139,6 +139,40 @@ def test_nothing_is_added_where_nothing_is_missing(arm: Robot, poses: Dataset) -
         assert added.evidence < 30
 
 
+def test_what_moves_otherwise_is_added_beside_a_motion_in_time(
+    hidden: tuple[CalibrationResult, Dataset, Dataset],
+) -> None:
+    """The base's motion is clearer, and may not go on as it did; the joint's curve is one all the same."""
+    found, train, _ = hidden
+    assert train.position is not None
+    way = np.sin(np.linspace(0, 3 * np.pi, len(train)))[:, np.newaxis]
+    data = replace(train, time=np.arange(len(train)) * 10.0, position=train.position + 3e-4 * way)
+    noise = (found.sigma, 1e-4, found.sigma)
+    first, other = (
+        add_surrogate(found.model, data, noise=noise, thresholds=replace(thresholds(), later=later))
+        for later in (-np.inf, 1e9)
+    )
+    assert (first.owner, first.depends_on) == ("base", ("time",))
+    assert other.owner == "joint3"
+    assert other.added
+    assert not any("time" in entry.get("inputs", "") for entry in other.model.entries)
+
+
+def test_rows_left_out_are_nearer_by_what_is_told(hidden: tuple[CalibrationResult, Dataset, Dataset]) -> None:
+    found, train, _ = hidden
+    folds = [np.arange(len(train)) % 5, np.arange(len(train)) * 5 // len(train)]
+    noise = (found.sigma, 1e-4, found.sigma)
+    both, one = (
+        add_surrogate(found.model, train, noise=noise, thresholds=thresholds(), folds=of) for of in (folds, folds[:1])
+    )
+    assert both.less.shape == (len(train),)
+    error = (train.position - found.model.poses(train)[:, :3, 3]) / found.sigma
+    before = float(np.mean(np.sum(error**2, axis=1)))
+    for added in (both, one):
+        assert 0.5 * (1 - added.held_out**2) < added.less.mean() / before < 1.5 * (1 - added.held_out**2)
+    assert (both.less != one.less).any()
+
+
 def test_the_scale_of_the_noise_is_not_believed(hidden: tuple[CalibrationResult, Dataset, Dataset]) -> None:
     found, train, _ = hidden
     third = add_surrogate(found.model, train, noise=(found.sigma / 3, 1e-4, found.sigma), thresholds=thresholds())
@@ -241,3 +275,14 @@ def test_inputs_do_not_depend_on_the_threads(arm: Robot, poses: Dataset) -> None
         np.testing.assert_array_equal(
             _core.surrogate_inputs(core, arm.samples(poses), core.start, names, threads), alone
         )
+
+
+def test_a_target_may_give_by_the_payload_and_how_it_is_held(arm: Robot, poses: Dataset) -> None:
+    data = replace(poses.select(slice(0, 50)), payload=np.linspace(0.0, 5.0, 50))
+    names = "weight_x weight_y weight_z gravity_x gravity_y gravity_z"
+    found = _core.surrogate_inputs(arm.error_model, arm.samples(data), arm.error_model.start, names)
+    np.testing.assert_allclose(found[:, :3], data.payload[:, np.newaxis] * found[:, 3:], atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(found[:, :3], axis=1), data.payload, atol=1e-12)
+    for rows, tried in ((data, True), (replace(data, payload=np.full(50, 5.0)), False)):
+        inputs = {name for candidate in candidates(arm, rows, threads=1) for name in candidate.inputs}
+        assert ("weight_x" in inputs) is tried

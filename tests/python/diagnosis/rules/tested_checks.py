@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal import load_robot
-from fastcal.diagnosis import generic, library
+from fastcal.diagnosis import generic, library, priors
 from fastcal.measurements.dataset import Dataset
 
 from .mutants import falls_with
@@ -53,6 +53,30 @@ def a_compliance_that_bends_anywhere_resembles_one_that_is_tried() -> None:
         curve = np.maximum(load - np.quantile(load, true), 0.0)
         assert min(left_of(curve, np.column_stack([load, bend])) for bend in bends.values()) < 0.1
     assert len(tried) <= 8  # each is one more test
+
+
+@falls_with(MIN_ROWS_BESIDE_STEP=1)
+@falls_with(MIN_ROWS_BESIDE_STEP=100)
+def a_law_bends_only_where_poses_load_the_joint_less_and_more() -> None:
+    """25 rows of 13 poses, of which three with a load near 0: a step there, and other poses 1.8 times as far off."""
+    poses = np.repeat(np.arange(40), 3)
+    load = poses - 20.0
+    kept = Dataset.from_arrays(np.repeat(random().uniform(-1, 1, (40, 2)), 3, axis=0))
+    for effect, corner, unseen in (
+        ("joint_compliance_nonlinear", 2.5, False),
+        ("joint_compliance_nonlinear", 1.5, True),
+        ("joint_compliance_nonlinear", 19.5, True),
+        ("joint_compliance", 1.5, False),
+    ):
+        at = SimpleNamespace(
+            place=lambda name: slice(0, 2),
+            model=SimpleNamespace(parameters=[SimpleNamespace(name="low"), SimpleNamespace(name="critical")]),
+            theta=np.array([1e-6, corner]),
+            loads=np.column_stack([np.zeros(len(load)), load]),
+            problem=SimpleNamespace(kept=kept),
+        )
+        name = library.Hypothesis({"effect": effect, "owner": "joint2"})
+        assert priors.bends_unseen(at, name) is unseen
 
 
 @falls_with(LAG_SHARES=())
