@@ -114,7 +114,7 @@ def bends_unseen(at: Fit, name: Hypothesis) -> bool:
 
     Its slope on that side is then that of a few poses: a step at no load, or a line that other loads do not follow.
     """
-    if name.traits.searched != "critical":
+    if name.traits.searched != "critical" or "torque" in name.entry:  # of a part of the load
         return False
     place = at.place(name)
     corners = [
