@@ -21,7 +21,7 @@ OF_FILES = {
     "importers/",
     "conversion/",  # one kind of robot file to another
     "cli/convert.py",
-    "robot/robot.py",  # keeps the content
+    "robot/described_robot.py",  # keeps the content
     "robot/robot_spec.py",
     "robot/structure.py",  # of the key `structure`
     "robot/calibration_record.py",  # of the key `calibration`
