@@ -15,6 +15,7 @@ import numpy as np
 
 from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import grading, rules
+from fastcal.diagnosis.held_out import HeldOut, gain
 from fastcal.diagnosis.library import SLOW, Hypothesis
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.search import Search, SearchNode
@@ -58,10 +59,7 @@ def sure_names(search: Search, state: SearchNode) -> tuple[SearchNode, dict[str,
         out[repr(state.names[least])] = Because(Reason.MAY_BE_CHANCE, min(chances[least], 1.0), rules.ALPHA_CERTAIN)
         state = search.without(state, state.names[least])
     while state.names and not state.suffices and _postures_repeat(state):
-        clear = [
-            less - (rules.MIN_SEARCHED_GAIN if name.searched else rules.MIN_GAIN) * error
-            for name, (less, error) in zip(state.names, state.gains, strict=True)
-        ]
+        clear = _leads_of_postures(state)
         least = int(np.argmin(clear))
         if clear[least] >= 0:
             break
@@ -74,6 +72,17 @@ def _postures_repeat(state: SearchNode) -> bool:
     """Do several rows show one posture? What remains of it makes each of them look like more evidence than it is."""
     posture = posture_groups(state.fit.problem.data)
     return bool(posture.max() + 1 < len(posture))
+
+
+def _leads_of_postures(state: SearchNode) -> list[float]:
+    """By how much more than it must each name helps to predict postures that are held out, as a share of the rest."""
+    held, posture = HeldOut(state.fit), posture_groups(state.fit.problem.data)
+    whole = held.squares()
+    leads = []
+    for name in state.names:
+        less, error = gain(whole, held.squares(state.fit.columns(name)), posture)
+        leads.append(less - (rules.MIN_SEARCHED_GAIN if name.searched else rules.MIN_GAIN) * error)
+    return leads
 
 
 def _changing_otherwise(search: Search, state: SearchNode) -> list[Hypothesis]:
