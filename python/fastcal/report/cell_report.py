@@ -64,9 +64,12 @@ def calibration_page(found: CellResult) -> str:
     main = next(iter(found.train.values()), None)
     sections = [
         Section("readings", "Errors of what was read", drawings=_drawings(found.views), tables=[_view_table(found)]),
-        Section("places", "Where everything stands", tables=[_place_table(found.placements)], notes=_open(found)),
+        Section("places", "Where everything stands", tables=[_place_table(found.placements)]),
         *(_arm_section(name, own) for name, own in _by_arm(found)),
     ]
+    if held := [spaced(of.direction) for of in found.unidentifiable]:
+        lead = f"{len(held)} directions, held where the file has them"
+        sections.append(Section("held", "What no reading shows", lead, notes=held, folded=True))
     if found.outliers:
         rows = ", ".join(map(str, found.outliers))
         text = f"Rows whose error the noise does not explain, counted from 0: {rows}."
@@ -184,11 +187,6 @@ def _with(std: float | None, value: float) -> str:
         return fixed(value, 3)
     size, shown = with_uncertainty(std, value)
     return f"{shown} ± {size}"
-
-
-def _open(found: CellResult) -> list[str]:
-    """What no reading shows."""
-    return [spaced(of.direction) for of in found.unidentifiable]
 
 
 def _by_arm(found: CellResult) -> list[tuple[str, list[IdentifiedParameter]]]:

@@ -36,6 +36,7 @@ def test_errors_and_places_of_two_arms(tmp_path: Path) -> None:
     assert set(places) == {"column", "left", "right", "smr_left", "smr_right"}
     assert places["smr_left"]["on"] == "left.link6"
     assert any(std for std in places["smr_left"]["std_mm"])
+    assert '<details class="folded"><summary><h2>What no reading shows</h2>' in page
     for text in ("Where everything stands", "smr_left", "smr_right", "Arm left", "Arm right", "left.joint", "Noise"):
         assert text in page
 
