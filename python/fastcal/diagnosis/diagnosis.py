@@ -183,7 +183,7 @@ def _found(
     model = rivals.bare(sure) if unsure else model
     notify("beside what anyone would try")
     written = best_of_all(plain, model, remains=remains)
-    if rows is None:
+    if rows is None and remains:
         simpler = {id(one.fit): one for one in map(rivals.bare, (search.start, model.state))}
         written = best_with_surrogate(written, list(simpler.values()), level, threads)
     told = beside_plain(told, written) if written.is_plain else told

@@ -26,6 +26,8 @@ from fastcal.diagnosis.rivals import Model
 
 FloatArray = NDArray[np.float64]
 
+_MOST_BELOW = 50.0  # by which a square may fall
+
 
 def best_with_surrogate(written: Judged, simpler: Sequence[Model], level: NoiseLevel, threads: int) -> Judged:
     """The written model, or the simpler one that with its surrogate predicts held-out rows best, if clearly better."""
@@ -40,7 +42,10 @@ def best_with_surrogate(written: Judged, simpler: Sequence[Model], level: NoiseL
         if less is None:
             continue
         one = judged(model, is_plain=True)
-        share, error = gain(one.squares - less, own, posture_groups(model.fit.problem.data))
+        left = one.squares - less
+        if np.nanmean(left) < np.nanmean(own) / _MOST_BELOW:
+            continue  # of large errors, whose squares are linearized at two fits, nothing is left to compare
+        share, error = gain(left, own, posture_groups(model.fit.problem.data))
         if share > max(lead, rules.MIN_PLAIN_SHARE, rules.MIN_GAIN * error):
             best, lead = replace(one, lead=share, has_surrogate=True), share
     return best

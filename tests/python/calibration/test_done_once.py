@@ -19,6 +19,7 @@ from fastcal.measurements import dataset as dataset_module
 from fastcal.measurements.conditions import build_samples
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import found_kinds
+from fastcal.robot import described_robot
 from fastcal.robot import robot as robot_module
 from fastcal.robot.core_model import build_core
 from fastcal.robot.plain_copy import plain_copy
@@ -51,7 +52,7 @@ def test_the_robot_is_not_changed_and_one_chain_is_built(
     robot: Robot, data: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = plain_copy(robot.spec)
-    built = counted(build_core, monkeypatch, robot_module)
+    built = counted(build_core, monkeypatch, described_robot)
     result = fastcal.calibrate(robot, data, checks=False)
     assert len(built) == 1  # the identified one
     assert robot.spec == before

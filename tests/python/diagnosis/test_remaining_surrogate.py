@@ -21,6 +21,8 @@ from fastcal.robot.robot import Robot
 from fastcal.surrogate import AddedSurrogate
 from fastcal.units import to_si
 
+from .rules.small_arm import arm, measured
+
 NOISE = to_si(0.03, "mm")
 
 
@@ -87,3 +89,11 @@ def test_a_surrogate_that_fits_worse_is_not_given(found: Diagnosis, monkeypatch:
     assert (model, step) == (None, None)
     assert unexplained is not None
     assert (unexplained.owner, unexplained.added) == ("joint3", None)
+
+
+def test_a_strong_cause_that_has_a_name_is_not_given_to_a_function() -> None:
+    """At 400 times the noise the squares of two fits do not compare: one left "10336 % less" than a complete model."""
+    yields = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 3e-4}}
+    found = diagnose(arm(), measured([yields], rows=90))
+    assert found.verdict == "named"
+    assert [(f.label, f.in_model) for f in found.effects] == [("joint_compliance@joint2", True)]
