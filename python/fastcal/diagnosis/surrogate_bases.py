@@ -26,7 +26,7 @@ from fastcal.diagnosis.rivals import Model
 
 FloatArray = NDArray[np.float64]
 
-_MOST_BELOW = 50.0  # by which a square may fall
+_LEAST_LEFT = 0.5  # of the noise; below, no model predicts any row
 
 
 def best_with_surrogate(written: Judged, simpler: Sequence[Model], level: NoiseLevel, threads: int) -> Judged:
@@ -43,12 +43,18 @@ def best_with_surrogate(written: Judged, simpler: Sequence[Model], level: NoiseL
             continue
         one = judged(model, is_plain=True)
         left = one.squares - less
-        if np.nanmean(left) < np.nanmean(own) / _MOST_BELOW:
-            continue  # of large errors, whose squares are linearized at two fits, nothing is left to compare
+        if np.nanmean(left) < _LEAST_LEFT * _noise(model):
+            continue  # squares of large errors, linearized at two fits, do not compare
         share, error = gain(left, own, posture_groups(model.fit.problem.data))
         if share > max(lead, rules.MIN_PLAIN_SHARE, rules.MIN_GAIN * error):
             best, lead = replace(one, lead=share, has_surrogate=True), share
     return best
+
+
+def _noise(model: Model) -> float:
+    """The mean square of a row that noise makes, in units of its claimed noise."""
+    at = model.fit
+    return len(at.near.r) / len(at.problem.rows) * at.problem.noise.factor**2
 
 
 def _less(model: Model, level: NoiseLevel, threads: int) -> FloatArray | None:
