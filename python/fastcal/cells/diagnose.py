@@ -63,21 +63,9 @@ class CellFinding:
         return [*self.finding.reasons, *([f"it moves {others} too, and these readings do not name it"] * bool(others))]
 
     def to_json_dict(self) -> dict[str, Any]:
-        """An entry of `effects`."""
-        f = self.finding
-        return {
-            "effect": f.effect,
-            "owner": f.owner,
-            "grade": f.grade,
-            "in_model": f.in_model,
-            "parameters": {name: vars(value) for name, value in f.parameters.items()},
-            "snr": f.snr,
-            "p_value": f.p_value,
-            "equivalents": [{"effect": effect, "owner": owner} for effect, owner in f.equivalents],
-            "reasons": self.reasons,
-            "seen_by": list(self.seen_by),
-            "not_seen_by": list(self.not_seen_by),
-        }
+        """An entry of `effects`: that of the finding, and whose readings name it."""
+        whose = {"reasons": self.reasons, "seen_by": list(self.seen_by), "not_seen_by": list(self.not_seen_by)}
+        return self.finding.to_json_dict() | whose
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,6 +87,22 @@ class Finding:
         """Why the grade is not better."""
         return tuple(map(words.reason_text, self.limits))
 
+    def to_json_dict(self) -> dict[str, Any]:
+        """An entry of `effects` in diagnosis.json."""
+        return {
+            "effect": self.effect,
+            "owner": self.owner,
+            "grade": self.grade,
+            "in_model": self.in_model,
+            "parameters": {name: vars(value) for name, value in self.parameters.items()},
+            "snr": self.snr,
+            "p_value": self.p_value,
+            "equivalents": [{"effect": effect, "owner": owner} for effect, owner in self.equivalents],
+            "held_out_gain": {"share": self.gain[0], "standard_error": self.gain[1]},
+            "stability": self.stability,
+            "reasons": list(self.reasons),
+        }
+
 
 @dataclass(frozen=True)
 class Unexplained:
@@ -256,22 +272,7 @@ class Diagnosis(Plotted):
         return {
             "verdict": self.verdict,
             "sentence": self.sentence,
-            "effects": [
-                {
-                    "effect": f.effect,
-                    "owner": f.owner,
-                    "grade": f.grade,
-                    "in_model": f.in_model,
-                    "parameters": {name: vars(value) for name, value in f.parameters.items()},
-                    "snr": f.snr,
-                    "p_value": f.p_value,
-                    "equivalents": [{"effect": e, "owner": o} for e, o in f.equivalents],
-                    "held_out_gain": {"share": f.gain[0], "standard_error": f.gain[1]},
-                    "stability": f.stability,
-                    "reasons": list(f.reasons),
-                }
-                for f in self.effects
-            ],
+            "effects": [f.to_json_dict() for f in self.effects],
             "unexplained": None
             if remaining is None
             else {

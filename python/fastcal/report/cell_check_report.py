@@ -7,11 +7,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import fastcal
 from fastcal.cells.check import CellCheck, WayCheck
 from fastcal.io.atomic import write_text
 from fastcal.io.results import write_json
-from fastcal.report import page
+from fastcal.report.cell_report import cell_page
 from fastcal.report.formatting import plural, significant
 from fastcal.report.sections import TONES, Section, state_word
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell, unit_text
@@ -33,23 +32,10 @@ def check_page(found: CellCheck) -> str:
     sections = [Section("ways", "What was read", tables=[_way_table(found)], notes=notes)]
     if any(each.found.causes for each in found.ways):
         sections.append(Section("causes", "What explains it", tables=[_cause_table(found)]))
-    return page.render(
-        "monitoring.html",
-        title=f"Check of {found.cell.name}",
-        eyebrow="Does the calibration still hold?",
-        robot_name=found.cell.name,
-        simulated=False,
-        meta=[", ".join(arm.name for arm in found.cell.arms)],
-        verdict=Verdict(
-            TONES[state],
-            capitalised(state_word(state)),
-            found.sentence,
-            [Remark(f"{each.way.name}: {each.sentence}", each.state != "holds", "ways") for each in found.ways],
-        ),
-        tiles=[_tile(each) for each in found.ways],
-        sections=sections,
-        document=[("Software", f"fastcal {fastcal.__version__}")],
-    )
+    remarks = [Remark(f"{each.way.name}: {each.sentence}", each.state != "holds", "ways") for each in found.ways]
+    verdict = Verdict(TONES[state], capitalised(state_word(state)), found.sentence, remarks)
+    tiles = [_tile(each) for each in found.ways]
+    return cell_page(found.cell, ("Check", "Does the calibration still hold?"), verdict, tiles, sections)
 
 
 def _tile(each: WayCheck) -> tuple[str, str, str]:

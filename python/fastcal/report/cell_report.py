@@ -13,6 +13,7 @@ import numpy as np
 import fastcal
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.result import IdentifiedParameter
+from fastcal.cells import cell as cells
 from fastcal.cells.calibrate import CellResult
 from fastcal.cells.diagnose import CellDiagnosis, CellFinding, WayDiagnosis
 from fastcal.cells.placements import Placement
@@ -76,17 +77,30 @@ def calibration_page(found: CellResult) -> str:
         sections.append(Section("outliers", "Outliers", text))
     if notes := [*found.notes, *([found.held] if found.held else [])]:
         sections.append(Section("notes", "Notes", notes=notes))
+    tone, word = _TONES.get(found.status, "caution"), capitalised(found.status.replace("_", " "))
+    verdict = Verdict(tone, word, _headline(found), [])
+    tiles = [] if main is None else _tiles(found, main)
+    return cell_page(found.cell, ("Calibration", "Calibration of a cell"), verdict, tiles, sections)
+
+
+def cell_page(
+    cell: cells.Cell,
+    title: tuple[str, str],
+    verdict: Verdict,
+    tiles: Sequence[tuple[str, str, str]],
+    sections: Sequence[Section],
+) -> str:
+    """The HTML text of a page of a cell; the title is what was done, and the line above it."""
+    what, eyebrow = title
     return page.render(
         "monitoring.html",
-        title=f"Calibration of {found.cell.name}",
-        eyebrow="Calibration of a cell",
-        robot_name=found.cell.name,
+        title=f"{what} of {cell.name}",
+        eyebrow=eyebrow,
+        robot_name=cell.name,
         simulated=False,
-        meta=[", ".join(arm.name for arm in found.cell.arms)],
-        verdict=Verdict(
-            _TONES.get(found.status, "caution"), capitalised(found.status.replace("_", " ")), _headline(found), []
-        ),
-        tiles=[] if main is None else _tiles(found, main),
+        meta=[", ".join(arm.name for arm in cell.arms)],
+        verdict=verdict,
+        tiles=tiles,
         sections=sections,
         document=[("Software", f"fastcal {fastcal.__version__}")],
     )
@@ -222,18 +236,9 @@ def diagnosis_page(found: CellDiagnosis) -> str:
         sections.insert(0, Section("found", "What is missing", lead, tables=[_cause_table(found.effects)], notes=notes))
     if found.notes:
         sections.append(Section("notes", "Notes", notes=found.notes))
-    return page.render(
-        "monitoring.html",
-        title=f"Diagnosis of {found.cell.name}",
-        eyebrow="Diagnosis of a cell",
-        robot_name=found.cell.name,
-        simulated=False,
-        meta=[", ".join(arm.name for arm in found.cell.arms)],
-        verdict=Verdict(tone, word, found.sentence, _remarks(found.effects)),
-        tiles=[(each.way.name, VERDICTS[each.found.verdict][0], _arms(each)) for each in found.ways],
-        sections=sections,
-        document=[("Software", f"fastcal {fastcal.__version__}")],
-    )
+    verdict = Verdict(tone, word, found.sentence, _remarks(found.effects))
+    tiles = [(each.way.name, VERDICTS[each.found.verdict][0], _arms(each)) for each in found.ways]
+    return cell_page(found.cell, ("Diagnosis", "Diagnosis of a cell"), verdict, tiles, sections)
 
 
 def _remarks(effects: Sequence[CellFinding]) -> list[Remark]:

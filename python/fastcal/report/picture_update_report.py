@@ -17,8 +17,8 @@ from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, in_language
 from fastcal.report.monitoring_files import UPDATE_FILES
 from fastcal.report.pictures import picture_part
-from fastcal.report.sections import Section, bare, before_and_now, who_measured
-from fastcal.report.tables import Cell, Column, Group, Table, in_words, unit_text
+from fastcal.report.sections import Section, updated_table, who_measured
+from fastcal.report.tables import in_words
 from fastcal.report.words import Verdict, camera_remarks
 
 
@@ -57,7 +57,7 @@ def picture_update_page(found: PictureUpdate, language: str = "en") -> str:
                     "parameters",
                     _("Parameters"),
                     _("What was known counts as much as it was certain; what has changed is free."),
-                    tables=[_table(found)],
+                    tables=[updated_table(found.parameters)],
                 ),
                 Section(
                     "pictures",
@@ -80,14 +80,3 @@ def _headline(found: PictureUpdate) -> str:
         "{what} moved, and is where the pictures show it now.",
         what=f" {_('or')} ".join(in_words(of) for of in found.freed),
     )
-
-
-def _table(found: PictureUpdate) -> Table:
-    columns = [Column(_("Parameter"), numeric=False), Column(_("Before")), Column(_("Now")), Column(_("Change"))]
-    columns += [Column("±"), Column(_("Unit"), numeric=False)]
-    groups: dict[str, list[list[Cell]]] = {}
-    for p in found.parameters:
-        cells = before_and_now(p.nominal, p.value, p.value - p.nominal, p.std or 0.0)
-        name = Cell(in_words(bare(p.name, p.unit)))
-        groups.setdefault(p.owner, []).append([name, *cells, Cell(unit_text(p.unit))])
-    return Table(_("Parameters"), columns, [Group(rows, in_words(owner)) for owner, rows in groups.items()], True)

@@ -5,15 +5,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from fastcal.calibration.result import IdentifiedParameter
 from fastcal.monitoring.words import LEAST_P
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import fixed, significant, with_uncertainty
 from fastcal.report.language import _, decimal_sign
-from fastcal.report.tables import Cell, Table, number_cell
+from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell, unit_text
 
 TONES = {"holds": "good", "changed": "bad", "cannot_tell": "caution", "alarm": "caution", "unchecked": "caution"}
 
@@ -78,6 +79,18 @@ def before_and_now(was: float, now: float, change: float, std: float | None) -> 
     return [
         number_cell(text, value) for text, value in zip((*shown[1:], shown[0]), (was, now, change, std), strict=True)
     ]
+
+
+def updated_table(parameters: Iterable[IdentifiedParameter]) -> Table:
+    """What an update makes of the parameters, by their owners."""
+    columns = [Column(_("Parameter"), numeric=False), Column(_("Before")), Column(_("Now")), Column(_("Change"))]
+    columns += [Column("±"), Column(_("Unit"), numeric=False)]
+    groups: dict[str, list[list[Cell]]] = {}
+    for p in parameters:
+        cells = before_and_now(p.nominal, p.value, p.value - p.nominal, p.std)
+        name = Cell(in_words(bare(p.name, p.unit)))
+        groups.setdefault(p.owner, []).append([name, *cells, Cell(unit_text(p.unit))])
+    return Table(_("Parameters"), columns, [Group(rows, in_words(owner)) for owner, rows in groups.items()], True)
 
 
 def p_text(p: float) -> str:

@@ -12,8 +12,8 @@ from fastcal.report.document import document_facts
 from fastcal.report.formatting import fixed, plural, significant
 from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, in_language
-from fastcal.report.sections import Section, bare, before_and_now, present, who_measured
-from fastcal.report.tables import Cell, Column, Group, Table, in_words, unit_text
+from fastcal.report.sections import Section, present, updated_table, who_measured
+from fastcal.report.tables import unit_text
 from fastcal.report.words import Remark, Verdict
 
 
@@ -23,14 +23,6 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
         main = found.errors[0] if found.errors else (found.before.main.kind, found.before.rms, float("nan"))
         kind, (before, after) = main[0], map(main[0].shown, main[1:])
         unit = unit_text(kind.unit)
-        columns = [Column(_("Parameter"), numeric=False), Column(_("Before")), Column(_("Now")), Column(_("Change"))]
-        columns += [Column("±"), Column(_("Unit"), numeric=False)]
-        groups: dict[str, list[list[Cell]]] = {}
-        for p in found.parameters:
-            cells = before_and_now(p.nominal, p.value, p.value - p.nominal, p.std)
-            name = in_words(bare(p.name, p.unit))
-            groups.setdefault(p.owner, []).append([Cell(name), *cells, Cell(unit_text(p.unit))])
-        table = Table(_("Parameters"), columns, [Group(rows, in_words(owner)) for owner, rows in groups.items()], True)
         return page.render(
             "monitoring.html",
             title=_("Update of {robot}", robot=found.model.name),
@@ -63,7 +55,7 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
                     "parameters",
                     _("Parameters"),
                     _("What was known counts as much as it was certain; what has changed is free."),
-                    tables=[table],
+                    tables=[updated_table(found.parameters)],
                 ),
                 Section(
                     "before",
