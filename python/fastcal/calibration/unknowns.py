@@ -22,6 +22,13 @@ FloatArray = NDArray[np.float64]
 CORNERS = "corner"  # the kind of reading whose unknowns a model keeps
 
 
+def of_corners(near: _core.Linearization, measured: _core.Measurements) -> NDArray[np.bool_]:
+    """(m,) which numbers of a linearization are coordinates of corners; there must be some."""
+    of = next(of for of in measured.observations if of.field == CORNERS)
+    number = np.asarray(near.number)
+    return (number >= of.first_number) & (number < of.first_number + len(of.components))
+
+
 def placed(
     model: Robot, data: Dataset, measured: _core.Measurements, *, with_base: bool, where: str = "", threads: int = 1
 ) -> tuple[FloatArray, FloatArray]:

@@ -24,7 +24,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.camera_places import CameraPlace, camera_place, middles_of_boards
 from fastcal.calibration.problem import asked_parameters, shown_ends
-from fastcal.calibration.unknowns import CORNERS
+from fastcal.calibration.unknowns import CORNERS, of_corners
 from fastcal.design.candidates import Candidates
 from fastcal.design.result import in_order
 from fastcal.design.surroundings import REASONS, Surroundings
@@ -210,10 +210,7 @@ class _Plan:
         record = robot.record
         if record is None or not record.unknowns:
             return self.prior
-        L = np.vstack(
-            [np.hstack([record.root, np.zeros((len(record.root), len(record.unknowns)))]), record.unknown_root]
-        )
-        rows = dict(zip([*record.parameters, *record.unknowns], L, strict=True))
+        rows = record.roots
         at = [k for k, i in enumerate(self.free) if self.names[i] in rows]
         known = np.array([rows[self.names[self.free[k]]] / self.sizes[k] for k in at])
         C = known @ known.T
@@ -261,9 +258,7 @@ def _rows(robot: Robot, data: Dataset, noise: float, threads: int) -> tuple[Floa
     theta = np.concatenate([model.start, np.zeros(len(measured.parameters))])
     common = [noise] * len(measured.observations)
     near = _core.linearize(model, robot.samples(data), measured, theta, common, threads)
-    of = next(of for of in measured.observations if of.field == CORNERS)
-    number = np.asarray(near.number)
-    own = (number >= of.first_number) & (number < of.first_number + len(of.components))
+    own = of_corners(near, measured)
     return np.asarray(near.J)[own], np.asarray(near.row)[own]
 
 

@@ -17,7 +17,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.levers import levers
 from fastcal.calibration.problem import CalibrationProblem, prepare
-from fastcal.calibration.unknowns import CORNERS
+from fastcal.calibration.unknowns import of_corners
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.rig_library import RigCause
@@ -47,9 +47,8 @@ class Corners:
         found = self.start.identify()
         self.theta = np.asarray(found.theta)
         near = self.start.linearize(self.theta, [1.0] * len(self.start.measured.observations))
-        of = next(of for of in self.start.measured.observations if of.field == CORNERS)
         row, number = np.asarray(near.row, dtype=np.intp), np.asarray(near.number, dtype=np.intp)
-        own = (number >= of.first_number) & (number < of.first_number + len(of.components))
+        own = of_corners(near, self.start.measured)
         self.own, self.row, self.number = own, row[own], number[own]
         unknowns = self.theta[len(self.start.names) :]
         self.G = levers(self.start.model.robot, data, self.start.measured, unknowns, threads)[self.row, self.number]

@@ -24,7 +24,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.levers import levers
 from fastcal.calibration.pictures import seen_by_model
-from fastcal.calibration.unknowns import CORNERS
+from fastcal.calibration.unknowns import CORNERS, of_corners
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.causes import LEVEL
@@ -100,9 +100,7 @@ def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureChec
     start = np.asarray(model.error_model.start)
     theta = np.concatenate([start, np.zeros(len(measured.parameters))])
     near = _core.linearize(model.error_model, model.samples(data), measured, theta, [1.0] * len(measured.observations))
-    of = next(of for of in measured.observations if of.field == CORNERS)
-    number = np.asarray(near.number)
-    own = (number >= of.first_number) & (number < of.first_number + len(of.components))
+    own = of_corners(near, measured)
     r, J, row = np.asarray(near.r)[own], np.asarray(near.J)[own], np.asarray(near.row)[own]
     pictures = len(np.unique(row))
     scale = NUMBERS * pictures / len(r) / noise**2
@@ -110,7 +108,7 @@ def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureChec
     rms = {int(i): float(np.sqrt(np.mean(r[row == i] ** 2))) for i in np.unique(row)}
     moved: tuple[Moved, ...] = ()
     if p_value < LEVEL:
-        G = levers(model.core, data, measured, theta[len(start) :], threads)[row, number[own]]
+        G = levers(model.core, data, measured, theta[len(start) :], threads)[row, np.asarray(near.number)[own]]
         moved = _explained(model, measured, J[:, len(start) :], G, r, scale, pictures)
     verdict = "holds" if p_value >= LEVEL else "changed"
     sentence = _sentence(verdict, float(np.sqrt(np.mean(r**2))), noise, pictures, moved)

@@ -27,7 +27,7 @@ from fastcal.calibration.data_notes import covered
 from fastcal.calibration.evaluation import Evaluation, evaluate
 from fastcal.calibration.pictures import seen_by_model
 from fastcal.calibration.result import IdentifiedParameter
-from fastcal.calibration.unknowns import CORNERS, given_rig, kept_unknowns
+from fastcal.calibration.unknowns import CORNERS, given_rig, kept_unknowns, of_corners
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -222,18 +222,12 @@ class _Pictures:
         """Predicted less seen [px], its derivative, and rows, of the corners' coordinates."""
         ones = [1.0] * len(self.measured.observations)
         near = _core.linearize(self.model.error_model, self.samples, self.measured, theta, ones, self.threads)
-        of = next(of for of in self.measured.observations if of.field == CORNERS)
-        number = np.asarray(near.number)
-        own = (number >= of.first_number) & (number < of.first_number + len(of.components))
+        own = of_corners(near, self.measured)
         return np.asarray(near.r)[own], np.asarray(near.J)[own], np.asarray(near.row)[own]
 
     def root_of(self, record: CalibrationRecord) -> FloatArray:
         """(T, P + U) root of the covariance that the model keeps; 0 of what it did not identify."""
-        rows = {
-            name: np.append(row, np.zeros(len(record.unknowns)))
-            for name, row in zip(record.parameters, record.root, strict=True)
-        }
-        rows |= dict(zip(record.unknowns, record.unknown_root, strict=True))
+        rows = record.roots
         none = np.zeros(len(record.parameters) + len(record.unknowns))
         return np.array([rows.get(name, none) for name in self.names])
 

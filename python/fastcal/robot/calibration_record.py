@@ -96,6 +96,12 @@ class CalibrationRecord:
         """Noise of a measured orientation about each axis; None where none was measured, or in older files."""
         return self.noise.get("orientation", (None, ""))[0]
 
+    @property
+    def roots(self) -> dict[str, NDArray[np.float64]]:
+        """(P + U,) rows of the root of the covariance of parameters and unknowns, by name."""
+        own = np.hstack([self.root, np.zeros((len(self.root), len(self.unknowns)))])
+        return dict(zip([*self.parameters, *self.unknowns], [*own, *self.unknown_root], strict=True))
+
     def sigma(self, kind: str) -> float | None:
         """Noise of a number of a kind [m or rad]; None where the calibration had none of it."""
         known = self.noise.get(kind)
