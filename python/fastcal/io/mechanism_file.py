@@ -132,7 +132,7 @@ def _start(of: Mechanism, top: Fields) -> None:
         if not isinstance(given, dict) or not given.keys() <= joints.keys():
             top.fail(f"start_{unit}", "a position by the name of each joint", given)
         for name, value in given.items():
-            joints[name].start = float(to_si(float(value), unit))
+            joints[name].start = to_si(top.checked_number(f"start_{unit}.{name}", value), unit)
 
 
 def _add_loop(of: Mechanism, fields: Fields, usual: str) -> None:
@@ -145,7 +145,8 @@ def _add_loop(of: Mechanism, fields: Fields, usual: str) -> None:
             fields.fail("ratios", "a ratio by the name of each joint that turns another", ratios)
         unit = "mm" if kinds[driven] == "prismatic" else "deg"
         offset = to_si(fields.quantity("offset", unit, 0.0), unit)
-        of.ratios.append(Ratio(name, driven, {key: float(ratio) for key, ratio in ratios.items()}, offset))
+        checked = {key: fields.checked_number(f"ratios.{key}", ratio) for key, ratio in ratios.items()}
+        of.ratios.append(Ratio(name, driven, checked, offset))
         fields.done()
         return
     ends = [of.frame(fields.text(key)) for key in ("from", "to")]
@@ -155,7 +156,7 @@ def _add_loop(of: Mechanism, fields: Fields, usual: str) -> None:
         of.pins.append(Pins(name, links, (places[0], places[1]), length_mm=fields.quantity("length", "mm")))
     else:
         fixed = fields.take("fixed")
-        if not isinstance(fixed, list) or not fixed or not set(fixed) <= set(EVERY):
+        if not isinstance(fixed, list) or not fixed or any(each not in EVERY for each in fixed):
             fields.fail("fixed", f"a list of {', '.join(EVERY)}", fixed)
         of.pins.append(Pins(name, links, (places[0], places[1]), tuple(fixed)))
     fields.done()
