@@ -36,9 +36,13 @@ def read_sdf(path: str, root: ET.Element) -> Mechanism:
 class _Model:
     def __init__(self, path: str, model: ET.Element) -> None:
         self.model = model
-        self.links = {each.attrib["name"]: each for each in model.findall("link")}
-        self.joints = {each.attrib["name"]: each for each in model.findall("joint")}
-        self.own = {each.attrib["name"]: each for each in model.findall("frame")}
+        self.links, self.joints, self.own = (
+            {each.attrib["name"]: each for each in model.findall(tag)} for tag in ("link", "joint", "frame")
+        )
+        if len(self.links | self.joints | self.own) != sum(
+            len(model.findall(tag)) for tag in ("link", "joint", "frame")
+        ):
+            raise ParseError("two links, joints or frames have one name; give each a name of its own", path)
         self.of = Mechanism(path, model.get("name", ""), [*self.links], [])
         self.places: dict[str, FloatArray] = {_MODEL: np.eye(4)}
         self.asked: set[str] = set()

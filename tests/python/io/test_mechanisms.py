@@ -237,6 +237,14 @@ def test_what_a_wrapper_lacks_is_said_in_one_sentence(tmp_path: Path, old: str, 
         load_robot(path)
 
 
+def test_a_name_that_sdf_gives_twice_says_so(tmp_path: Path) -> None:
+    wrapper = sdf(tmp_path)
+    path = tmp_path / "five_bar.sdf"
+    path.write_text(path.read_text().replace('joint name="right_elbow"', 'joint name="left_elbow"'))
+    with pytest.raises(ParseError, match="two links, joints or frames have one name"):
+        load_robot(wrapper)
+
+
 def test_a_joint_of_sdf_that_is_not_understood_says_so(tmp_path: Path) -> None:
     with pytest.raises(ParseError, match="joint 'knee_pin' is of type gearbox, which is not understood"):
         load_robot(sdf(tmp_path, "gearbox"))
@@ -312,6 +320,8 @@ def test_a_wrong_value_in_a_wrapper_is_said_in_one_sentence(tmp_path: Path, old:
         ('axis="0 0 1"', 'axis="0 0 0"', "expected an axis, got '0 0 0'"),
         ('pos="0.2 0 0"', 'pos="0.2 0"', "expected 3 finite numbers, got '0.2 0'"),
         ('axisangle="0 0 1 60"', 'axisangle="0 0 0 60"', "axisangle has no direction"),
+        ('joint name="right" ref', 'joint name="left" ref', "there are two joints 'left'"),
+        ('body name="right"', 'body name="left"', "there are two links 'left'"),
     ],
 )
 def test_a_wrong_number_in_mjcf_is_said_with_its_file(tmp_path: Path, old: str, new: str, sentence: str) -> None:
