@@ -123,6 +123,9 @@ def mechanism_spec(of: Mechanism, motors: Iterable[str], base_link: str = "", ti
     if tip not in {base, *(joint.child for joint in tree)}:
         of.fail(f"no joints lead from '{base}' to '{tip_link}'")
     needed = _needed(of, tree, [tip, *(link for each in pins for link in each.links)], driven)
+    floating = next((joint for joint in needed if joint.kind == "free" and not pins), None)
+    if floating is not None:
+        of.fail(f"'{floating.child}' floats freely; give base_link, the link that stands still, such as that one")
     return _Writing(of, base, [joint for joint in tree if joint in needed], tip, driven).spec(T_tip, pins)
 
 

@@ -90,16 +90,39 @@ def _parsed(text: str) -> ET.Element:
     return ET.fromstring(text.encode() if text.startswith("<?xml") else text)  # noqa: S314 - entities are refused
 
 
-def _mechanism(path: Path) -> tuple[Mechanism, list[str] | None]:
+def _root(path: Path) -> ET.Element:
     text = read_xml(path)
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ParseError("declares entities, which are not read", path)
     try:
-        root = _parsed(text)
+        return _parsed(text)
     except (ET.ParseError, LookupError, ValueError) as error:
         raise ParseError(f"is no XML: {error}", path) from None
+
+
+def _include(element: ET.Element, path: Path, seen: set[Path]) -> None:
+    """Puts what files hold in the place of MJCF's <include>; they are named from the folder of the first file."""
+    children = list(element)
+    element[:] = []
+    for child in children:
+        if child.tag != "include":
+            _include(child, path, seen)
+            element.append(child)
+            continue
+        other = path.parent / child.get("file", "")
+        if other.resolve() in seen:
+            raise ParseError(f"includes '{child.get('file', '')}' twice", path)
+        seen.add(other.resolve())
+        included = _root(other)
+        _include(included, path, seen)
+        element.extend(included)
+
+
+def _mechanism(path: Path) -> tuple[Mechanism, list[str] | None]:
+    root = _root(path)
     try:
         if root.tag == "mujoco":
+            _include(root, path, {path.resolve()})
             return read_mjcf(str(path), root)
         if root.tag == "sdf":
             return read_sdf(str(path), root), None

@@ -14,7 +14,6 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from fastcal import _core
-from fastcal.errors import ParseError
 from fastcal.io.mechanism import EVERY, FloatArray, JointOf, Mechanism, Pins, Ratio, direction, numbers
 from fastcal.robot import se3
 from fastcal.units import to_si
@@ -37,8 +36,6 @@ def read_mjcf(path: str, root: ET.Element) -> tuple[Mechanism, list[str]]:
 class _Model:
     def __init__(self, path: str, root: ET.Element) -> None:
         self.path, self.root = path, root
-        if root.find(".//include") is not None:
-            raise ParseError("includes other files; save it as one file first (mujoco: mj_saveLastXML)", path)
         compiler = {key: value for each in root.findall("compiler") for key, value in each.attrib.items()}
         self.per_unit = 1.0 if compiler.get("angle") == "radian" else to_si(1.0, "deg")
         self.sequence = compiler.get("eulerseq", "xyz")

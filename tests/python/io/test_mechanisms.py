@@ -273,6 +273,35 @@ def test_frames_of_mjcf_move_what_is_in_them(tmp_path: Path) -> None:
         load_robot(framed, tip_link="tool")
 
 
+def test_files_that_mjcf_includes_stand_in_its_place(tmp_path: Path) -> None:
+    path = mjcf(tmp_path)
+    expected = read_spec(path, tip_link="tool")
+    text = path.read_text()
+    start, end = text.index("  <equality>"), text.index("</mujoco>")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/motors.xml").write_text(f"<mujocoinclude>{text[start:end]}</mujocoinclude>")
+    scene = text[:start] + '<include file="parts/motors.xml"/></mujoco>'
+    path.write_text(scene)
+    assert read_spec(path, tip_link="tool") == expected
+    path.write_text(scene.replace("<include", '<include file="five_bar.xml"/><include'))
+    with pytest.raises(ParseError, match=r"includes 'five_bar\.xml' twice"):
+        load_robot(path, tip_link="tool")
+    path.write_text(scene.replace("motors.xml", "motor.xml"))
+    with pytest.raises(ParseError, match=r"motor\.xml: there is no such file"):
+        load_robot(path, tip_link="tool")
+
+
+def test_a_base_that_floats_asks_for_the_link_that_stands(tmp_path: Path) -> None:
+    path = tmp_path / "legged.xml"
+    path.write_text(
+        '<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><body name="arm"><joint name="q"/></body>'
+        '</body></worldbody><actuator><motor joint="q"/></actuator></mujoco>'
+    )
+    with pytest.raises(ParseError, match="'trunk' floats freely; give base_link"):
+        load_robot(path, tip_link="arm")
+    assert len(load_robot(path, base_link="trunk", tip_link="arm").joints) == 1
+
+
 def test_a_range_that_does_not_limit_is_no_limit(tmp_path: Path) -> None:
     path = mjcf(tmp_path)
     path.write_text(path.read_text().replace('name="left" ref', 'name="left" limited="false" ref'))
