@@ -43,7 +43,7 @@ def calibrate_cell(
 
     check_folder(output, CALIBRATION_FILES)
     check_hand_eyes(hand_eye)
-    _refuse(given)
+    refuse(given)
     nominal = load_cell(cell)
     if hand_eye:
         cell_hand_eyes(nominal)  # says so where there is no sensor
@@ -96,7 +96,7 @@ def diagnose_cell(
     from fastcal.report.cell_report import DIAGNOSIS_FILES, write_cell_diagnosis
 
     check_folder(output, DIAGNOSIS_FILES)
-    _refuse(given)
+    refuse(given)
     nominal = load_cell(cell)
     readings = load_readings(_one(data), nominal)
     ways = ways_of(nominal, readings.views)
@@ -148,7 +148,7 @@ def check_cell(
     from fastcal.io.way_readings import way_datasets
     from fastcal.report.cell_check_report import write_cell_check
 
-    _refuse(given)
+    refuse(given)
     cell = load_cell(model)
     readings = load_readings(_one(data), cell)
     ways = ways_of(cell, readings.views)
@@ -217,7 +217,8 @@ def not_given(who: Mapping[str, str | None] | None) -> dict[str, tuple[Any, Any]
     return {f"--{name}": (text, None) for name, text in (who or {}).items()}
 
 
-def _refuse(given: Mapping[str, Any]) -> None:
+def refuse(given: Mapping[str, Any]) -> None:
+    """InvalidInput where an option of one arm was given."""
     from fastcal.errors import InvalidInput
 
     for option, (value, default) in given.items():
