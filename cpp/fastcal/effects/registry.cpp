@@ -46,7 +46,8 @@ std::shared_ptr<const Effect> make_effect(const std::string& name, const RobotMo
   FASTCAL_CHECK(robot.description().passive.empty() || !effect->is_weight())
       << "effect " << name << " is of an arm without closed loops";
   const bool is_plain = robot.tree().is_serial() && robot.description().passive.empty();
-  FASTCAL_CHECK(is_plain || name != "gravity_sag") << "effect " << name << " is of an arm without branches and closed loops";
+  FASTCAL_CHECK(is_plain || name != "gravity_sag")
+      << "effect " << name << " is of an arm without branches and closed loops";
   return effect;
 }
 

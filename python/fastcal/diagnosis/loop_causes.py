@@ -140,7 +140,7 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
     name = f"{cause.effect}@{cause.owner}"
     if p > rules.ALPHA_RIG or cause.effect == _JOINT or {cause.effect, name} & set(excluded):
         return None
-    near = [causes[i] for i in np.flatnonzero(gains > gain - rules.RIG_LEAD) if i != first]
+    near = [causes[i] for i in np.flatnonzero(gains > gain - rules.RIG_LEAD) if causes[i][:2] != cause[:2]]
     share, error, stability = _held_out(F, Z, y, row, causes, first)
     doubts = {
         Reason.EQUIVALENTS: bool(near),
