@@ -36,7 +36,7 @@ FAINT = 1e-3  # of the noise
 
 
 def trial(name: str, seed: int) -> dict[str, float] | None:
-    """Sums of one set; None where it did not converge, or not with the same parameters without noise."""
+    """Sums of one set; None where it did not converge, or where less noise shows other parameters."""
     random = np.random.default_rng([zlib.crc32(name.encode()), seed])
     arm, poses, noise, tests = (int(random.integers(2**31)) for _ in range(4))
     nominal = load_robot(name)
@@ -71,12 +71,12 @@ def row_of(trials: list[dict[str, float] | None]) -> dict[str, Any]:
     """What the sets of one robot come to."""
     done = [each for each in trials if each is not None]
     if not done:
-        return {"sets": 0, "not_converged": len(trials)}
+        return {"sets": 0, "left_out": len(trials)}
     counted, hits = (int(sum(each[key] for each in done)) for key in ("counted", "hits"))
     low, high = wilson(hits, counted)
     return {
         "sets": len(done),
-        "not_converged": len(trials) - len(done),
+        "left_out": len(trials) - len(done),
         "counted": counted,
         "covered": hits / counted,
         "low": low,
