@@ -78,8 +78,9 @@ def delta_numbers(robot: Robot, bed: FloatArray | None = None) -> DeltaNumbers:
     motors = [i for i in range(robot.joint_count) if i not in robot.passive]
     if len(motors) != TOWERS or any(robot.joint_types[i] != "prismatic" for i in motors):
         raise InvalidInput(f"expected a delta printer, whose three motors slide on towers; {robot.name} is none")
-    random = np.random.default_rng(0)
-    q = closed_within(robot.core, random.uniform(*robot.limits.T, (_POSTURES, robot.joint_count)), robot.limits)
+    low, high = robot.limits.T
+    drawn = np.random.default_rng(0).uniform(low, high, (_POSTURES, robot.joint_count))
+    q = closed_within(robot.core, drawn, robot.limits)
     point, height = robot.forward(q)[:, :3, 3], q[:, motors]
     towers = np.array([_foot(robot, motor) for motor in motors])
     radius = float(np.linalg.norm(towers, axis=1).mean())

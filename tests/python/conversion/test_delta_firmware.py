@@ -86,7 +86,7 @@ def test_marlin_s_lines_hold_the_same_numbers() -> None:
     assert re.search(
         r"M665 L250\.000 R125\.000 H251\.155 X-?0\.000 Y-?0\.000 Z-?0\.000 A-1\.000 B-?0\.000 C1\.000", text
     )
-    x, y, z = (float(v) for v in re.search(r"M666 X(\S+) Y(\S+) Z(\S+)", text).groups())  # type: ignore[union-attr]
+    x, y, z = (float(v) for v in re.findall(r"M666 X(\S+) Y(\S+) Z(\S+)", text)[0])
     assert [x, y, z] == pytest.approx([0.0, -1.155, -2.309], abs=2e-3)  # 250 / 216.5 mm a mm of arm
 
 
