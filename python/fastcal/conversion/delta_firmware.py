@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
-from fastcal import _core
 from fastcal.errors import InvalidInput
+from fastcal.robot import se3
 from fastcal.robot.loops import closed_within
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
@@ -92,7 +92,8 @@ def delta_numbers(robot: Robot, bed: FloatArray | None = None) -> DeltaNumbers:
             f"{robot.name}: {len(point)} of {_POSTURES} postures within its limits hang below the towers"
         )
     if bed is not None:
-        point = point @ np.asarray(_core.exp_so3([bed[0], bed[1], 0.0])) - [0.0, 0.0, bed[2]]
+        turn = np.array([[bed[0], bed[1], 0.0]])
+        point = point @ se3.rotations_by(turn)[0] - [0.0, 0.0, bed[2]]
 
     def heights(x: FloatArray) -> FloatArray:
         L, R, a, e, aside = x[:3], x[3], x[4:7], x[7:10], x[10:]
