@@ -37,7 +37,7 @@ FAINT = 1e-3  # of the noise
 
 
 def trial(name: str, seed: int) -> dict[str, float] | None:
-    """Sums of one set; None where it did not converge, or where less noise shows other parameters."""
+    """Sums of one set; None where it is refused or did not converge, or where less noise shows other parameters."""
     random = np.random.default_rng([zlib.crc32(name.encode()), seed])
     arm, poses, noise, tests = (int(random.integers(2**31)) for _ in range(4))
     nominal = load_robot(name)
@@ -45,11 +45,11 @@ def trial(name: str, seed: int) -> dict[str, float] | None:
     q = random_poses(truth, POSES, seed=poses)
     try:
         found = calibrate(nominal, simulate(truth, q, noise=NOISE, seed=noise), loss="none", priors=False)
-    except InvalidInput:  # the identified loops do not close where they are first closed
+        names = full_names(found)
+        faint = simulate(truth, q, noise=FAINT * NOISE, seed=noise)
+        there = calibrate(nominal, faint, parameters=names, loss="none", checks=False, priors=False)
+    except InvalidInput:  # a refusal, such as of identified loops that do not close at the start posture
         return None
-    names = full_names(found)
-    faint = simulate(truth, q, noise=FAINT * NOISE, seed=noise)
-    there = calibrate(nominal, faint, parameters=names, loss="none", checks=False, priors=False)
     if found.status != "converged" or full_names(there) != names:
         return None
     z = []

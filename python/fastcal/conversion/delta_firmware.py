@@ -147,7 +147,8 @@ def firmware_text(firmware: str, found: DeltaNumbers, before: DeltaNumbers, ends
             ]
         return "\n".join(lines) + "\n"
     arm = float(arms.mean())
-    trims = (angles - np.array(_NOMINAL_DEG) + 180) % 360 - 180
+    off = np.exp(1j * (found.angles - to_si(np.array(_NOMINAL_DEG), "deg")))
+    trims = np.asarray(from_si(np.angle(off), "deg"))
     height = float(endstops.max())
     trimmed = " ".join(f"{axis}{trim:.3f}" for axis, trim in zip("XYZ", trims, strict=True))
     rods = " ".join(f"{axis}{length - arm:.3f}" for axis, length in zip("ABC", arms, strict=True))
