@@ -115,7 +115,7 @@ class Found:
         outliers = self._outliers(is_named)
         stands = is_named or (self.written.is_plain and best.suffices)
         few = stands and len(best.names) <= search.most
-        equivalents = search.alternatives(best) if few else [[] for _ in best.names]
+        equivalents = search.alternatives(best) if few else search.known_alternatives(best)
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order if best.names[k] in self.model.state.names]
