@@ -275,7 +275,7 @@ class Found:
         doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))
         if grade == "A" and doubts:
             grade, limits = "B", doubts
-        if grade == "B" and self._is_part_of_a_curve(name, remaining):
+        if grade != "C" and self._is_part_of_a_curve(name, remaining):
             grade, limits = "C", (Because(Reason.CURVE_WITHOUT_NAME), *limits)
         if unsure is not None:
             grade = max(grade, "B") if unsure.reason is Reason.CHANGES_OTHERWISE else "C"
