@@ -20,7 +20,6 @@ from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.calibration.serial_correlation import SerialCorrelation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
 from fastcal.calibration.unknowns import CORNERS
-from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, Kind, in_order
 from fastcal.measurements.observations import without_measured
 

@@ -134,9 +134,7 @@ _OF_A_POSE = ("x", "y", "z", "rz", "ry", "rx")  # what the joints of an arm of p
 _SEEN: WeakKeyDictionary[Evaluation, tuple[str, Rows]] = WeakKeyDictionary()  # with the language of their titles
 
 
-def rows_of(
-    name: str, evaluation: Evaluation | None, joint_types: list[str], *, of_poses: bool = False
-) -> Rows | None:
+def rows_of(name: str, evaluation: Evaluation | None, joint_types: list[str], *, of_poses: bool = False) -> Rows | None:
     """The rows of the kind that an evaluation speaks of; None where it has nothing to judge before and after.
 
     `of_poses`: the joints stand for the pose of a flange.
