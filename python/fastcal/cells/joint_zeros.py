@@ -127,7 +127,8 @@ def joint_zeros(robot: Robot, data: Dataset, *, progress: Callable[[str], None] 
     if least > _ARM * _WRONG:
         raise Undetermined(
             f"{data.source}: no signs and zeros of the joints fit the pictures: they leave "
-            f"{from_si(least, 'mm'):.0f} mm of a picture's pose; are the joints in the order of the robot file, and the pictures of these rows?"
+            f"{from_si(least, 'mm'):.0f} mm of a picture's pose; are the joints in the order of the robot file, "
+            "and the pictures of these rows?"
         )
     alike = [of for of in found if of[0] <= ALIKE * least]
     chosen = min(alike, key=lambda of: (_outside(robot, data, *of[1:]), int(np.sum(of[1] < 0)), of[0]))
