@@ -55,7 +55,7 @@ def board_poses(
 
 def _on_a_line(xy: FloatArray) -> bool:
     size = np.linalg.svd(xy - xy.mean(axis=0), compute_uv=False)
-    return bool(size[1] < 1e-3 * size[0])
+    return bool(size[1] < 1e-4 * size[0])
 
 
 def _pose(camera: Mapping[str, Any], points: FloatArray, seen: FloatArray) -> FloatArray:
