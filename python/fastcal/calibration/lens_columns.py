@@ -70,7 +70,7 @@ def lens_columns(problem: CalibrationProblem, near: Residuals) -> LensColumns | 
         for k, p in enumerate(measured.parameters)
         if p.owner in {f"camera {name}" for name in known} and p.name not in PLACEMENT
     ]
-    return LensColumns(known, J[np.ix_(near.place, of_lens)])
+    return LensColumns(known, J[near.place][:, of_lens])
 
 
 def lens_note(problem: CalibrationProblem, near: Residuals) -> str | None:

@@ -161,7 +161,7 @@ def _views(robot: Robot, data: Dataset) -> list[_View]:
         rows, T = board_poses(spec.cameras[camera], spec.boards[board], data.observed[CORNERS], part)
         if len(rows) >= FEWEST:
             is_in_hand = standing[1]
-            S = T if is_in_hand else np.linalg.inv(T)
+            S: FloatArray = T if is_in_hand else np.asarray(np.linalg.inv(T), dtype=np.float64)
             out.append(_View(data.q[rows], S, ends[0] if is_in_hand else ends[1]))
     if not out:
         raise InvalidInput(
