@@ -24,7 +24,8 @@ from fastcal.said import said
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
 _MOST_NOTES = 50
-_STATUS = {
+STATUSES = {
+    "converged": said("converged"),
     "refused": said("refused"),
     "not_converged": said("not converged"),
     "too_few_equations": said("too few equations"),
@@ -57,7 +58,7 @@ def _rendered(found: Fleet, folder: Path | None) -> str:
         heading=_("{some} of {all} arms diagnosed", **numbers)
         if diagnosed
         else _("{some} of {all} arms calibrated", **numbers),
-        failed=[(arm.name, _(_STATUS[arm.status]), arm.message) for arm in found.failed[:_MOST_ROWS]],
+        failed=[(arm.name, _(STATUSES[arm.status]), arm.message) for arm in found.failed[:_MOST_ROWS]],
         verdict=_verdict(found),
         tiles=_tiles(found),
         table=_table(found, folder),

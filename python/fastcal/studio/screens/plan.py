@@ -13,6 +13,9 @@ from nicegui import ui
 
 from fastcal.design.surroundings import REASONS, Surroundings
 from fastcal.io.measurements import load_measurements
+from fastcal.report.formatting import plural
+from fastcal.report.language import _
+from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import ROBOT
@@ -22,6 +25,10 @@ from fastcal.units import to_si
 
 POSES = "plan/poses.csv"
 _SURROUNDINGS = "plan/surroundings.yaml"
+_OBSTACLES = {
+    1: said("would meet a keep-out box"),
+    6: said("would go below the mounting face or into the arm's own column"),
+}
 
 Box = list[list[float]]  # lower and upper corner [mm] in the measuring frame
 
@@ -30,21 +37,21 @@ def build(studio: Studio) -> None:
     """Builds the screen."""
     project = studio.project
     if not project.has_robot:
-        ui.label("Choose the arm first.")
-        ui.link("To the screen Data", "/")
+        ui.label(_("Choose the arm first."))
+        ui.link(_("To the screen Data"), "/")
         return
     boxes: list[Box] = list(project.answers.get("keep_out_mm") or [])
 
-    with card("What for"), ui.row().classes("items-end gap-4"):
-        count = ui.number("Poses", value=40, min=8, max=500, precision=0).classes("w-28")
-        effects = ui.input("Effects to identify", value=project.answers.get("effects", "geometry")).classes("w-72")
-        payloads = ui.input("Payloads at hand, kg", value="0").classes("w-40")
+    with card(_("What for")), ui.row().classes("items-end gap-4"):
+        count = ui.number(_("Poses"), value=40, min=8, max=500, precision=0).classes("w-28")
+        effects = ui.input(_("Effects to identify"), value=project.answers.get("effects", "geometry")).classes("w-72")
+        payloads = ui.input(_("Payloads at hand, kg"), value="0").classes("w-40")
 
         def plan() -> None:
             with told():
                 masses = [float(mass) for mass in str(payloads.value).replace(";", ",").split(",")]
                 _write_surroundings(studio, boxes)
-                studio.start("plan", "planning", "design", robot=ROBOT, count=int(count.value), out=POSES,
+                studio.start("plan", said("planning"), "design", robot=ROBOT, count=int(count.value), out=POSES,
                              effects=effects.value, payloads=masses, keep_out=boxes,
                              sigma_mm=float(project.answers.get("sigma_mm", 0.05)))  # fmt: skip
                 words = ["design", ROBOT, "--count", str(int(count.value)), "--effects", effects.value]
@@ -54,14 +61,16 @@ def build(studio: Studio) -> None:
                 with line:
                     command_line(project.remember(words))
 
-        ui.button("Plan", on_click=plan).props('data-test="plan"')
+        ui.button(_("Plan"), on_click=plan).props('data-test="plan"')
     with card(
-        "Keep out", "Boxes in mm in the measuring frame; the floor and the arm's own column are kept clear anyway."
+        _("Keep out"), _("Boxes in mm in the measuring frame; the floor and the arm's own column are kept clear.")
     ):
         listed = ui.column().classes("w-full")
         with ui.row().classes("items-end gap-2"):
             fields = [
-                ui.number(f"{side} {axis}", value=0.0).classes("w-24") for side in ("from", "to") for axis in "xyz"
+                ui.number(f"{side} {axis}", value=0.0).classes("w-24")
+                for side in (_("from"), _("to"))
+                for axis in "xyz"
             ]
 
             def add() -> None:
@@ -69,7 +78,7 @@ def build(studio: Studio) -> None:
                 boxes.append([values[:3], values[3:]])
                 changed()
 
-            ui.button("Add", on_click=add, icon="add").props('outline data-test="add-box"')
+            ui.button(_("Add"), on_click=add, icon="add").props('outline data-test="add-box"')
     line, work = ui.column().classes("w-full"), ui.column().classes("w-full")
     out = ui.column().classes("w-full")
     curve: list[Any] = []
@@ -99,7 +108,7 @@ def build(studio: Studio) -> None:
         curve[:] = result["curve"]
         changed()
         for note in result["notes"]:
-            ui.notify(note)
+            ui.notify(_(note))
 
     with work:
         job_bar(studio, "plan", done)
@@ -110,9 +119,9 @@ def _places(boxes: list[Box], reach: Any, moved: Callable[[], None], remove: Cal
     """A row a box: where it is, and a button that takes it away."""
     for k, box in enumerate(boxes):
         with ui.row().classes("items-center w-full gap-4"):
-            _place(box, reach, f"box {k + 1}", moved)
+            _place(box, reach, _("box {number}", number=k + 1), moved)
             ui.button(icon="close", on_click=lambda k=k: remove(k)).props(
-                f'flat dense round aria-label="Remove box {k + 1}"'
+                f'flat dense round aria-label="{_("Remove box {number}", number=k + 1)}"'
             )
 
 
@@ -131,10 +140,10 @@ def _place(box: Box, reach: Any, name: str, moved: Callable[[], None]) -> None:
         ends = min(centre - far, middle), max(centre + far, middle)
         with ui.column().classes("gap-0 w-56"):
             slider = ui.slider(min=round(ends[0]), max=round(ends[1]), value=middle, step=1)
-            slider.props(f'aria-label="{axis} of {name}"')
+            slider.props(f'aria-label="{_("{axis} of {name}", axis=axis, name=name)}"')
             with ui.row().classes("no-wrap gap-2"):
                 at = ui.number(f"{axis} mm", value=middle).classes("w-24").bind_value(slider)
-                width = ui.number("size", value=size, min=0).classes("w-24")
+                width = ui.number(_("size"), value=size, min=0).classes("w-24")
 
         def follow(_event: Any, k: int = k, at: Any = at, width: Any = width) -> None:
             if at.value is not None and width.value is not None:
@@ -153,9 +162,9 @@ def _poses(studio: Studio, boxes: list[Box], curve: list[Any]) -> list[Callable[
     data = load_measurements(project.path(POSES), robot, require_measured=False)
     points = pictures.millimetres(robot.forward(data.q)[:, :3, 3])
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
-        with card(f"{len(data)} poses"):
-            said = ui.label().props('data-test="drivable"')
-            slider = ui.slider(min=1, max=len(data), value=1, step=1).props('label aria-label="Pose"')
+        with card(plural(len(data), "pose")):
+            driven = ui.label().props('data-test="drivable"')
+            slider = ui.slider(min=1, max=len(data), value=1, step=1).props(f'label aria-label="{_("Pose")}"')
             picture = ui.plotly(pictures.scene([pictures.cloud(points, pictures.BLUE, [])])).classes("w-full")
 
             def draw() -> None:
@@ -164,26 +173,30 @@ def _poses(studio: Studio, boxes: list[Box], curve: list[Any]) -> list[Callable[
                 ]
                 why = Surroundings(keep_out=keep_out).obstacles(robot, data.q)
                 red = int(np.sum(why > 0))
-                said.set_text(
-                    f"{red} cannot be driven as the boxes are now: plan again" if red else "all can be driven"
-                )
-                said.classes(replace="text-negative" if red else "text-positive")
+                words = _("{count} cannot be driven as the boxes are now: plan again", count=red)
+                driven.set_text(words if red else _("all can be driven"))
+                driven.classes(replace="text-negative" if red else "text-positive")
                 colours = [pictures.RED if reason else pictures.BLUE for reason in why]
-                texts = [f"pose {k + 1}" + (f": would {REASONS[int(r)]}" if r else "") for k, r in enumerate(why)]
+                texts = [
+                    _("pose {number}", number=k + 1) + (f": {_(_OBSTACLES.get(int(r), REASONS[int(r)]))}" if r else "")
+                    for k, r in enumerate(why)
+                ]
                 k = int(slider.value) - 1
                 traces = [pictures.cloud(points, colours, texts, 5), *(pictures.box(*box) for box in boxes)]
                 picture.update_figure(pictures.scene([*traces, *pictures.arm(robot, data.q[k], colours[k])]))
 
             slider.on_value_change(draw)
-        with card("What they would do"):
+        with card(_("What they would do")):
             if curve:
                 counts, values = zip(*curve, strict=True)
                 goal = project.answers.get("goal_mm")
-                ui.plotly(pictures.falling(counts, values, goal, "poses")).classes("w-full").props('data-test="curve"')
+                ui.plotly(pictures.falling(counts, values, goal, _("poses"))).classes("w-full").props(
+                    'data-test="curve"'
+                )
             for file in sorted(project.path(POSES).parent.iterdir()):
                 name = str(file.relative_to(project.folder))
                 ui.link(f"{Path(name).name}", address(name)).props(f'download data-test="file-{file.suffix}"')
-            ui.link("Next: measure them on the screen Live", "/live")
+            ui.link(_("Next: measure them on the screen Live"), "/live")
     return [draw]
 
 
