@@ -87,23 +87,6 @@ def arrows(start: FloatArray, shift: FloatArray, times: float, colour: str) -> d
     return _trace(ends, "lines", _("shift")) | {"line": {"width": 4, "color": colour}}
 
 
-def box(low: Sequence[float], high: Sequence[float]) -> dict[str, Any]:
-    """A keep-out box [mm]."""
-    corners = np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]]
-                        for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # fmt: skip
-    x, y, z = corners.T.tolist()
-    return {
-        "type": "mesh3d",
-        "x": x,
-        "y": y,
-        "z": z,
-        "alphahull": 0,
-        "color": RED,
-        "opacity": 0.15,
-        "hoverinfo": "skip",
-    }
-
-
 def falling(counts: Sequence[float], values_mm: Sequence[float], goal_mm: float | None, x: str) -> Figure:
     """A predicted deviation that falls with the number of poses, and where it is to be."""
     axis = {"gridcolor": "rgba(127,127,127,.25)", "color": GREY}

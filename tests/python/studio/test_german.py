@@ -35,11 +35,13 @@ sys.exit(main(sys.argv[1:]))
 # What is seen and what a screen reader says; numbers, commands, the program's text and what
 # files say themselves are not the screens' own words; what the web framework says is hidden, and German already.
 SEEN = """() => {
+  const OTHERS = "script, style, i, pre, .font-mono, .ag-body, .q-field__native, .said, .nicegui-error-popup, " +
+    ".nicegui-scene, .no-webgl";
   const texts = [document.title];
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const around = walker.currentNode.parentElement;
-    if (around.checkVisibility() && !around.closest("script, style, i, pre, .font-mono, .ag-body, .q-field__native, .said, .nicegui-error-popup, .no-webgl"))
+    if (around.checkVisibility() && !around.closest(OTHERS))
       texts.push(walker.currentNode.textContent);
   }
   for (const each of document.querySelectorAll("[aria-label]"))
