@@ -90,6 +90,11 @@ def told() -> Iterator[None]:
         ui.notify(_(said_by(error)), type="negative", multi_line=True, close_button=True, timeout=0)
 
 
+def table(options: dict[str, Any]) -> ui.aggrid:
+    """A table of rows, which says in the language of the screen where it has none."""
+    return ui.aggrid({**options, "localeText": {"noRowsToShow": _("no row yet")}}, theme="balham").classes("w-full")
+
+
 def command_line(line: str) -> None:
     """A command that does what the screen did, to copy."""
     with ui.row().classes("w-full items-center no-wrap studio-command"):

@@ -20,7 +20,7 @@ PROGRAM = "def demo():\n  movej([0.3, -1.4, 1.6, -1.7, -1.5, 0.2], a=1.0, v=0.5)
 # Names: of effects and their parameters, files, commands, the arm, losses, units, kinds of program.
 NAMES = re.compile(
     r"[\w/]+\.(?:json|html|csv|yaml|script)|\w+@\w+|[a-z0-9]+(?:_[a-z0-9]+)+|fastcal \w+|--[a-z-]+|URScript|"
-    r"joint\d (?:theta|alpha|beta)|theta|alpha|beta|backlash|tukey|"
+    r"joint\d \w+|theta|alpha|beta|backlash|tukey|"
     r"\b(?:rms|deg|xyz|rpy|ISO|RMS|ur5|cal|out)\b"
 )
 

@@ -16,7 +16,7 @@ from fastcal.robots import available
 from fastcal.said import said
 from fastcal.studio import reading
 from fastcal.studio.project import MEASUREMENTS
-from fastcal.studio.shell import card, command_line, told
+from fastcal.studio.shell import card, command_line, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -231,7 +231,7 @@ def _result(studio: Studio, found: reading.Understood) -> None:
         "rowData": rows,
         "defaultColDef": {"flex": 1, "minWidth": 75},
     }
-    ui.aggrid(grid, theme="balham").classes("w-full h-72").props('data-test="joined"')
+    table(grid).classes("h-72").props('data-test="joined"')
     line = ui.column().classes("w-full")
 
     def keep() -> None:

@@ -16,7 +16,7 @@ from fastcal.report.language import _
 from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.project import LIVE, MEASUREMENTS
-from fastcal.studio.shell import EVERY, card, told
+from fastcal.studio.shell import EVERY, card, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -130,7 +130,7 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
             picture = ui.plotly(pictures.scene([])).classes("w-full")
     with card(_("Rows"), _("Select one to keep it or leave it against what is said here.")):
         grid = (
-            ui.aggrid(
+            table(
                 {
                     "columnDefs": [
                         {"headerName": _("row"), "field": "row", "maxWidth": 80},
@@ -140,13 +140,11 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
                         {"headerName": _("what is wrong"), "field": "text", "flex": 1, "tooltipField": "text"},
                     ],
                     "rowData": [],
-                    "localeText": {"noRowsToShow": _("no row yet")},
                     "rowSelection": {"mode": "singleRow"},
                     "rowClassRules": {"text-red-600 dark:text-red-300": "!data.kept"},
                 },
-                theme="balham",
             )
-            .classes("w-full h-72")
+            .classes("h-72")
             .props('data-test="rows"')
         )
 

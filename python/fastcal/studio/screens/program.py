@@ -25,7 +25,7 @@ from fastcal.robot.robot import Robot
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import INPUTS
-from fastcal.studio.shell import card, command_line, said_by, told
+from fastcal.studio.shell import card, command_line, said_by, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -143,7 +143,7 @@ def _shown(
                 "turn": _("largest joint change, °"),
             }
             columns = [{"headerName": title, "field": key, "flex": 1} for key, title in titles.items()]
-            ui.aggrid({"columnDefs": columns, "rowData": rows}, theme="balham").classes("w-full h-96")
+            table({"columnDefs": columns, "rowData": rows}).classes("h-96")
     with card(_("In the text")):
         for old, new in zip(program.documents, found.documents, strict=True):
             ui.html(_difference(old.text, new.text), sanitize=False).classes("w-full").props('data-test="difference"')
