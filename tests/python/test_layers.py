@@ -263,6 +263,7 @@ MAY_NAME = {
     "calibration/compliance.py": {"joint_compliance", "joint_compliance_nonlinear"},
     "calibration/payload_pairs.py": {"joint_compliance"},
     "calibration/setups.py": {"station_offset", "tool_shift"},
+    "cells/place.py": {"reduction_ratio"},
     "cli/demo.py": {"joint_compliance"},
     "cli/design.py": {"joint_compliance"},
     "cli/manners.py": {"backlash", "gear_harmonic", "joint_compliance"},

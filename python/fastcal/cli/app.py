@@ -48,6 +48,7 @@ GROUPS = {
         "template": "imports:template",
         "import": "imports:import_",
         "detect": "detect:detect",
+        "place": "place:place",
     },
     "Use": {
         "compensate": "compensate:compensate",
