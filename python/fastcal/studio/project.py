@@ -49,6 +49,11 @@ class Project:
         """Of the folder."""
         return self.folder.name
 
+    def beside(self) -> list[str]:
+        """The names of the projects in the folder that this one lies in, its own too."""
+        found = {path.parent.name for path in self.folder.parent.glob(f"*/{ANSWERS}")}
+        return sorted(found | {self.name})
+
     def path(self, name: str) -> Path:
         """A file of the project.
 

@@ -74,7 +74,7 @@ def serve(folder: Path, *, port: int = PORT, show: bool = True, say: Callable[[s
     from fastcal.studio.state import Studio
 
     studio = Studio(project)
-    add_files(project)
+    add_files(studio)
     app.on_shutdown(studio.close)
     app.add_middleware(Guard, token=token, port=port, hosts=(HOST, "localhost"))
     address = f"http://{HOST}:{port}/?token={token}"

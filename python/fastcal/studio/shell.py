@@ -45,7 +45,7 @@ def _page(studio: Studio, address: str, title: str, purpose: str, module: str) -
                 ui.button(icon="menu").props(f'flat dense color=white aria-label="{_("Screens")}"').classes("md:hidden")
             )
             ui.label("fastcal studio").classes("text-lg font-bold")
-            ui.label(studio.project.name).classes("opacity-80").tooltip(str(studio.project.folder))
+            _projects(studio)
         with (
             ui.left_drawer(value=False, bordered=True)
             .props("width=190 breakpoint=768 show-if-above")
@@ -64,6 +64,26 @@ def _page(studio: Studio, address: str, title: str, purpose: str, module: str) -
             importlib.import_module(f"fastcal.studio.screens.{module}").build(studio)
 
     return page
+
+
+def _projects(studio: Studio) -> None:
+    """The name of the project; a click lists those beside it, and begins a new one."""
+
+    def go(name: str) -> None:
+        with told():
+            studio.open(name)
+            ui.navigate.to("/")
+
+    with ui.button(studio.project.name, icon="folder_open").props("flat dense no-caps color=white") as button:
+        button.props('data-test="projects"').tooltip(str(studio.project.folder))
+        with ui.menu():
+            for name in studio.project.beside():
+                ui.menu_item(name, on_click=lambda name=name: go(name)).props(f'data-test="project-{name}"')
+            ui.separator()
+            with ui.row().classes("items-center no-wrap p-2"):
+                fresh = ui.input(_("New project")).props('dense data-test="new-project"')
+                begin = ui.button(icon="add", on_click=lambda: go(fresh.value)).props("flat dense round")
+                begin.props(f'aria-label="{_("Begin a new project")}"')
 
 
 @contextmanager
