@@ -153,7 +153,7 @@ def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
 
 
 _STYLE = """
-.studio-header { padding: .4rem 1rem; align-items: baseline; gap: 1rem; }
+.studio-header { padding: .4rem 1rem; align-items: center; gap: 1rem; }
 .studio-screen { display: flex; gap: .6rem; align-items: center; padding: .5rem; border-radius: .4rem;
   color: inherit; text-decoration: none; }
 .studio-screen:hover { background: rgba(127, 127, 127, .15); }
