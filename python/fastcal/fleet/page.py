@@ -163,7 +163,7 @@ def _drawing(found: Fleet) -> Figure:
         _("arms, the best first"),
         _("RMS error (mm), logarithmic"),
         xaxis=steps,
-        yaxis={"type": "log", "exponentformat": "power"},
+        yaxis={"type": "log", "dtick": "D2", "exponentformat": "none"},
     )
     alt = _("Root mean square error of every arm, nominal and calibrated, sorted by the latter.")
     return Figure("fleet", _("Error of every arm"), alt, traces, drawn, columns=6, height=380, key=key)
