@@ -57,7 +57,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "robot": {"_core", *ARM},
     "conversion": {*EDGE, "effects", "robot"},
     "calibration": {"_core", *ARM},
-    "cells": {"_core", *ARM, "calibration", "conversion", "diagnosis", "monitoring"},
+    "cells": {"_core", *ARM, "calibration", "conversion", "design", "diagnosis", "monitoring"},
     "surrogate": {"_core", *ARM, "calibration"},
     "selection": {"_core", *ARM, "calibration"},
     "ik": {"_core", *ARM},
