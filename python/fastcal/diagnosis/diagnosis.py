@@ -45,6 +45,9 @@ from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.said import capital, joined
 
+# Rows that may lie off together and be left out [of all]: of more, the rest is no majority.
+MAX_MOVED_SHARE = 0.35
+
 
 def diagnose(
     robot: RobotLike,
@@ -158,7 +161,7 @@ def _found(
     notify("how large the noise is")
     problem, level = with_estimated_noise(problem, geometry, sigma)
     moved = all_moved(level.moved, trusted, rows)
-    if moved and len(lost) + len(moved) <= rules.MAX_MOVED_SHARE * data.measured.sum():
+    if moved and len(lost) + len(moved) <= MAX_MOVED_SHARE * data.measured.sum():
         notify(f"without {len(moved)} rows that lie off together")
         return _found(robot, data, test, library, sigma, threads, notify, sorted({*lost, *moved}))
     plain, best, level = searched(problem, level, sigma, notify)
