@@ -23,6 +23,8 @@ GEOMETRY_WIDTH = 5e-3
 CHI_SQUARE_TOLERANCE = 0.1
 
 # --- Noise and outliers -----------------------------------------------------------------------------------------------
+# Common noise to begin with where the data claim none [m, rad]; it is estimated from there on.
+NOISE_GUESS = 1e-4
 # Share of the degrees of freedom that the blocks of the rich model may take: more leaves too little to estimate the
 # noise from, less takes a missing effect for noise.
 RICH_MODEL_SHARE = 0.35
@@ -55,23 +57,10 @@ WAVE_ORDERS = (1, 2, 3, 4, 5, 6)
 CORNER_QUANTILES = (0.2, 0.35, 0.5, 0.65, 0.8)
 # How late heat may reach the metal [of the time that the data span].
 LAG_SHARES = (0.04, 0.1, 0.25)
-# Moments of a step that are tried before the best is searched for, and rows on either side of it at least, as poses
-# that load a joint less, and more, than where a law of its load bends.
-STEP_MOMENTS, MIN_ROWS_BESIDE_STEP = 24, 5
-# Fourier orders of a curve over a turn, and degree of a curve over a load.
-CURVE_ORDERS = 6
-# Degrees of curves over time, temperature, and any other condition (an own column, the payload).
-TIME_DEGREE, TEMPERATURE_DEGREE, CONDITION_DEGREE = 5, 3, 2
-# Links that carry nearly all of an arm's weight, the longest: where they reach, a base that yields leans to.
-LONG_LINKS = 2
-# Degree of a smooth field over the workspace.
-FIELD_DEGREE = 3
-# Orders of an instrument's circles, and degree of its range.
-CIRCLE_ORDERS, RANGE_DEGREE = 2, 2
-# Distance from the instrument's own axis below which a point has no azimuth [of the farthest].
-MIN_AXIS_DISTANCE = 1e-2
-# Singular value below which a combination of curves is none of its own over these rows [of the largest].
-MIN_CURVE_VALUE = 1e-2
+# Rows on either side of a step at least, as poses that load a joint less, and more, than where a law of its load bends.
+MIN_ROWS_BESIDE_STEP = 5
+# Degree of curves over time.
+TIME_DEGREE = 5
 
 # --- Search -----------------------------------------------------------------------------------------------------------
 # Chance to see something where nothing is missing, names and blocks without a name together. Level.
@@ -143,33 +132,21 @@ MAX_REFITS = 3
 ALPHA_SCAN = 1e-3
 # Share of the likeliest name's worth that each that a scan adds must have: the others are its shadows.
 SCANNED_SHARE = 0.5
-# Waves of an instrument's range over the distances that were measured, at most.
-RANGE_CYCLES = 60.0
 # Time constants of what comes to rest [of the time that the data span].
 SETTLING_SHARES = (0.02, 0.04, 0.08, 0.15, 0.3, 0.6)
 
 # --- Waves and curves of joints ---------------------------------------------------------------------------------------
-# Highest order of which each is scored [cycles a turn], and the highest that is looked for, by the periodogram: motor
-# turns behind usual reductions, interpolation of encoders.
-MAX_ORDER, FINEST_WAVE = 40.0, 400.0
-# Peaks of the scan that are taken from each joint, and their level.
-PEAKS_PER_JOINT, ALPHA_WAVE = 3, 1e-3
-# An order this near to a whole one is whole, and any other unless it explains so much more chi square.
-WHOLE_ORDER_WITHIN, BROKEN_ORDER_GAIN = 0.15, 6.0
-# Orders that are tried from one step of the scan before a peak to one behind it. Numerical.
-ORDERS_OF_A_STEP = 41
-# Waves of a model that errs by many.
-MAX_WAVES = 24
+# Highest order of which each is scored [cycles a turn]; finer ones the periodogram looks for.
+MAX_ORDER = 40.0
+# Level of a wave that a scan of orders finds. Level.
+ALPHA_WAVE = 1e-3
 # Share of the mean square of held-out rows that many waves may leave to be the cause.
 MAX_WAVES_SHARE = 0.5
 # Length scales of a smooth curve over a joint's position [of its range], beside which its waves are weighed.
 CURVE_SCALES = (0.07, 0.15, 0.35, 0.8)
 
-# Order of the finest waves that a curve over a joint's position may show: one a motor turn behind a usual reduction;
-# its knots over those of the coarser curve, from which on it is tried; parts of an interval between knots, of which on
-# average one must hold rows; measured numbers a knot at least; knots of all curves at most (a file holds
-# their covariance).
-FINEST_ORDER, FINER, PLACES_PER_KNOT, NUMBERS_PER_KNOT, MAX_KNOTS = 120.0, 1.25, 4, 4, 850
+# Order of the finest waves that a curve over a joint's position may show: one a motor turn behind a usual reduction.
+FINEST_ORDER = 120.0
 
 # --- Grades -----------------------------------------------------------------------------------------------------------
 # Signal-to-noise ratio of grade A: from here on a look-alike of correlation 0.95 would have shown itself. Simulated.
