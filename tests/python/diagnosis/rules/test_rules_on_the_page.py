@@ -37,6 +37,7 @@ SHARED = {
     Reason.SHADOW: "most of the misfit has another cause",
     Reason.OWN_MODEL: "the model that was written",
     Reason.PART_OF_A_PLAIN_MODEL: "whether this joint has it is not shown",
+    Reason.NO_MASSES: "the robot file has no masses",
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
     Reason.TURNED_DIRECTION: "its size is negative",
 }
