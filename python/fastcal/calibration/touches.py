@@ -32,14 +32,14 @@ from fastcal.robot.calibration_record import lower_root
 from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import inverse, pose
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
 What = Literal["tool", "base", "part"]
 
 MANY = 20  # readings from which on a few gross ones can be told from the others
 _NORMALS = 400  # directions on the half sphere that a plane's normal is looked for among
-_TURNED = np.radians(5.0)  # of postures that are not of one orientation
+_TURNED = to_si(5.0, "deg")  # of postures that are not of one orientation
 _FAR = 1e3  # plausible sizes: a deviation above shows nothing of a place
 _LOST = 1e-6  # of the largest singular value of a start
 _HALF = 0.975  # of an interval that holds 95 %

@@ -92,7 +92,7 @@ def design_cell(
     report = progress or (lambda text: None)
     if any(arm.of_poses for arm in cell.arms):
         raise InvalidInput(
-            f"{cell.name} has an arm that is known by its poses alone: which it can reach nobody can plan"
+            f"{cell.name} has an arm that is known by its poses alone, so postures cannot be planned for it"
         )
     if not 1 <= count <= candidate_count:
         raise InvalidInput(f"count must be between 1 and the {candidate_count} candidates, got {count}")

@@ -31,13 +31,14 @@ from fastcal.place import joint_name, place_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.se3 import inverse, turn_between
+from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
 
 RATIO = "reduction_ratio"
 _POSITIONS, _RATIO_POSITIONS = 3, 4  # of an axis, that show where it is, and how far it goes for what is asked of it
 _APART = 1e-3  # [rad, m] between two positions of an axis
-_LEAST_TURN = np.radians(20.0)  # of an axis, on which its circle is not mistaken for a line
+_LEAST_TURN = to_si(20.0, "deg")  # of an axis, on which its circle is not mistaken for a line
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,7 +291,7 @@ def _own_line(T: FloatArray, arm: Arm) -> tuple[FloatArray, FloatArray]:
 def _circle(p: FloatArray, q: FloatArray, source: str) -> tuple[FloatArray, FloatArray]:
     """Axis and centre of the circle of points (N, 3) at angles q: Kasa's, in the plane where they spread most."""
     if not np.ptp(q) > _LEAST_TURN:
-        turned = np.degrees(np.ptp(q))
+        turned = from_si(float(np.ptp(q)), "deg")
         raise Undetermined(
             f"{source}: the axis was turned by {turned:.1f} deg; expected 20 deg or more, best a whole turn"
         )

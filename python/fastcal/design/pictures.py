@@ -106,7 +106,7 @@ def design_pictures(
     if not has_rig(robot.description):
         raise InvalidInput(f"{robot.name} has no cameras or no boards to plan pictures of")
     if robot.of_poses:
-        raise InvalidInput(f"{robot.name} is known by its poses alone: which of them it can reach nobody can plan")
+        raise InvalidInput(f"{robot.name} is known by its poses alone, so pictures cannot be planned for it")
     if count < 1:
         raise InvalidInput(f"count must be at least 1, got {count}")
     noise = sigma_px or (robot.record.sigma(CORNERS) if robot.record else None) or SIGMA_PX

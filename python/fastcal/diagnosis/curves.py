@@ -22,6 +22,14 @@ from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
 
+# Knots over those of the coarser curve, from which on a finer one is tried.
+FINER = 1.25
+# Parts of an interval between knots, of which on average one must hold rows, and measured numbers a knot at least.
+PLACES_PER_KNOT = 4
+NUMBERS_PER_KNOT = 4
+# Knots of all curves at most: a file holds their covariance.
+MAX_KNOTS = 850
+
 
 def with_finer_knots(at: Fit, curves: Sequence[Spec]) -> list[Spec] | None:
     """The entries with knots close enough for waves up to FINEST_ORDER; None where the rows show no finer curves.
@@ -37,10 +45,10 @@ def with_finer_knots(at: Fit, curves: Sequence[Spec]) -> list[Spec] | None:
             own, bare = own % (2 * np.pi), {**bare, "periodic": 1}
         wanted.append(_shown(own))
         entries.append(bare)
-    most = min(len(at.near.r) / rules.NUMBERS_PER_KNOT, rules.MAX_KNOTS)
+    most = min(len(at.near.r) / NUMBERS_PER_KNOT, MAX_KNOTS)
     share = min(1.0, most / max(sum(wanted), 1))
     coarse = [len(effect.parameters) for effect in at.problem.effects(curves)]
-    is_finer = [share * own > rules.FINER * before for own, before in zip(wanted, coarse, strict=True)]
+    is_finer = [share * own > FINER * before for own, before in zip(wanted, coarse, strict=True)]
     if not any(is_finer):
         return None
     return [
@@ -54,7 +62,7 @@ def _shown(q: FloatArray) -> int:
     span = float(np.ptp(q))
     knots = int(span * rules.FINEST_ORDER / np.pi)
     while knots > 0:
-        apart = span / (knots * rules.PLACES_PER_KNOT)
+        apart = span / (knots * PLACES_PER_KNOT)
         if len(np.unique(np.floor((q - q.min()) / apart))) >= knots:
             break
         knots = int(0.9 * knots)

@@ -47,6 +47,9 @@ from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.said import capital, joined, said
 
+# Rows that may lie off together and be left out [of all]: of more, the rest is no majority.
+MAX_MOVED_SHARE = 0.35
+
 
 def diagnose(
     robot: RobotLike,
@@ -164,7 +167,7 @@ def _found(
     notify(said("how large the noise is"))
     problem, level = with_estimated_noise(problem, geometry, sigma)
     moved = all_moved(level.moved, trusted, rows)
-    if moved and len(lost) + len(moved) <= rules.MAX_MOVED_SHARE * data.measured.sum():
+    if moved and len(lost) + len(moved) <= MAX_MOVED_SHARE * data.measured.sum():
         notify(said("without {count} rows that lie off together", count=len(moved)))
         return _found(robot, data, test, library, sigma, threads, notify, sorted({*lost, *moved}))
     plain, best, level = searched(problem, level, sigma, notify)

@@ -41,6 +41,12 @@ from fastcal.robot.robot import Spec
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+# Longest reach of a step along what the data hardly show [plausible sizes].
+MAX_STEP = 30.0
+# Linearizations of a fit at most.
+MAX_ITERATIONS = 15
+# Share of chi square that rounding may make of a gain or a loss.
+CHI_SQUARE_SHARE = 1e-5
 _COVARIANCE = 1e-6  # relative error of a covariance that decides nothing
 _WIDER = 1.3  # by which the longest reach grows with each step that succeeds, once one has failed
 
@@ -319,27 +325,27 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         centre[own] = np.where(np.isfinite(pull[own]), start.theta[own], centre[own])
     deviation = held(prior, pull)[free]
     best = remaining(theta, near), theta, near
-    reach = most = rules.MAX_STEP
+    reach = most = MAX_STEP
     converged = has_failed = False
     begun, once, tried = products(near, None if same is None else same.squares), near.J.size, 0
-    while not converged and tried < rules.MAX_ITERATIONS:
+    while not converged and tried < MAX_ITERATIONS:
         tried += 1
         there, gain = stepped(best[1], begun, reach)
-        converged = gain < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * best[0]
+        converged = gain < rules.CHI_SQUARE_TOLERANCE + CHI_SQUARE_SHARE * best[0]
         if converged:
             break
         near = linearized(there, columns=not has_failed)  # a step beside one that failed may fail as well
         work += once
         left = remaining(there, near)
-        has_failed = left > best[0] * (1 + rules.CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE
+        has_failed = left > best[0] * (1 + CHI_SQUARE_SHARE) + rules.CHI_SQUARE_TOLERANCE
         if has_failed:
             most = reach / 2
             reach /= 4  # shortens the step along what the data hardly show, such as a wrist's gauge, and nothing else
             continue
         near = near if near.J.size else linearized(there)
-        converged = best[0] - left < rules.CHI_SQUARE_TOLERANCE + rules.CHI_SQUARE_SHARE * left
+        converged = best[0] - left < rules.CHI_SQUARE_TOLERANCE + CHI_SQUARE_SHARE * left
         best, begun, reach = (left, there, near), products(near), min(2 * reach, most)
-        most = min(_WIDER * most, rules.MAX_STEP)  # a reach that failed is not tried again at once
+        most = min(_WIDER * most, MAX_STEP)  # a reach that failed is not tried again at once
     theta, fixed = best[1], (free, prior, pull, centre)
     return Fit(problem, added, entries, model, samples, theta, *fixed, best[0], best[2], converged, work, begun[1])
 

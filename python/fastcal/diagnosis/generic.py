@@ -26,6 +26,22 @@ from fastcal.place import joint_position
 
 FloatArray = NDArray[np.float64]
 
+# Fourier orders of a curve over a turn, and degree of a curve over a load.
+CURVE_ORDERS = 6
+# Degrees of curves over temperature, and over any other condition (an own column, the payload).
+TEMPERATURE_DEGREE = 3
+CONDITION_DEGREE = 2
+# Links that carry nearly all of an arm's weight, the longest: where they reach, a base that yields leans to.
+LONG_LINKS = 2
+# Degree of a smooth field over the workspace.
+FIELD_DEGREE = 3
+# Orders of an instrument's circles, and degree of its range.
+CIRCLE_ORDERS = 2
+RANGE_DEGREE = 2
+# Distance from the instrument's own axis below which a point has no azimuth [of the farthest].
+MIN_AXIS_DISTANCE = 1e-2
+# Singular value below which a combination of curves is none of its own over these rows [of the largest].
+MIN_CURVE_VALUE = 1e-2
 _ROUNDING = 1e-9  # of the largest load of any joint: what is left where a load cancels, about an upright axis
 
 
@@ -76,7 +92,7 @@ def orthonormal(values: FloatArray) -> FloatArray:
     if not kept.any():
         return np.zeros((len(values), 0))
     U, s, _ = np.linalg.svd(centred[:, kept] / length[kept], full_matrices=False)
-    return np.asfortranarray(U[:, s > rules.MIN_CURVE_VALUE * s[0]] * np.sqrt(len(values)))
+    return np.asfortranarray(U[:, s > MIN_CURVE_VALUE * s[0]] * np.sqrt(len(values)))
 
 
 def _unit(x: FloatArray) -> FloatArray:
@@ -150,11 +166,11 @@ def _wanted_of_joint(joint: int, data: Dataset, loads: FloatArray, turns: bool) 
 
 
 def _signed(load: FloatArray) -> FloatArray:
-    return np.column_stack([polynomials(load, rules.CURVE_ORDERS), np.sign(load)])
+    return np.column_stack([polynomials(load, CURVE_ORDERS), np.sign(load)])
 
 
 def _own_curve(q: FloatArray, turns: bool) -> FloatArray:
-    return waves(q, rules.CURVE_ORDERS) if turns else polynomials(q, 2 * rules.CURVE_ORDERS)
+    return waves(q, CURVE_ORDERS) if turns else polynomials(q, 2 * CURVE_ORDERS)
 
 
 def _column(values: FloatArray, k: int) -> FloatArray:
@@ -217,18 +233,18 @@ def sight_curves(point: FloatArray) -> Iterator[tuple[Curves, FloatArray]]:
     """
     x, y, z = point.T
     flat, distance = np.hypot(x, y), np.linalg.norm(point, axis=1)
-    if flat.min() < rules.MIN_AXIS_DISTANCE * flat.max():
+    if flat.min() < MIN_AXIS_DISTANCE * flat.max():
         return
     azimuth, elevation = np.arctan2(y, x), np.arctan2(z, flat)
     around = np.column_stack([-y, x, np.zeros_like(x)])
     up = np.column_stack([-x * z / flat, -y * z / flat, flat])
     yield Curves(("azimuth",), _circles(azimuth)), around
     yield Curves(("elevation",), _circles(elevation)), up
-    yield Curves(("range",), orthonormal(polynomials(distance, rules.RANGE_DEGREE))), point / distance[:, np.newaxis]
+    yield Curves(("range",), orthonormal(polynomials(distance, RANGE_DEGREE))), point / distance[:, np.newaxis]
 
 
 def _circles(angle: FloatArray) -> FloatArray:
-    n = np.arange(1, rules.CIRCLE_ORDERS + 1)
+    n = np.arange(1, CIRCLE_ORDERS + 1)
     return orthonormal(np.column_stack([np.sin(np.outer(angle, n)), np.cos(np.outer(angle, n))]))
 
 
@@ -239,7 +255,7 @@ def frame_curves(data: Dataset, known: Known | None = None) -> Iterator[Curves]:
         if labels is not None:
             yield Curves((name,), orthonormal((labels[:, np.newaxis] == np.unique(labels)).astype(float)))
     if np.ptp(data.payload) > 0:
-        yield Curves(("payload_kg",), orthonormal(polynomials(data.payload, rules.CONDITION_DEGREE)))
+        yield Curves(("payload_kg",), orthonormal(polynomials(data.payload, CONDITION_DEGREE)))
 
 
 def lean_curves(
@@ -261,7 +277,7 @@ def lean_curves(
     def reach() -> FloatArray:
         links = np.diff(places(), axis=1) @ across.T
         span = np.linalg.norm(np.ptp(links, axis=0), axis=1)
-        longest = np.argsort(-span, kind="stable")[: rules.LONG_LINKS]
+        longest = np.argsort(-span, kind="stable")[:LONG_LINKS]
         return links[:, longest].reshape(len(links), -1)
 
     [kept] = _made([_Wanted((" reach",), reach)], known)  # a column of the data may be called "reach"
@@ -273,11 +289,7 @@ def lean_curves(
 def field_curves(point: FloatArray) -> Curves:
     """Polynomials of degree 2 ... FIELD_DEGREE in the place (N, 3): a smooth field, less its rigid part."""
     x, y, z = (_unit(point[:, k]) for k in range(3))
-    powers = [
-        (i, j, k)
-        for i, j, k in product(range(rules.FIELD_DEGREE + 1), repeat=3)
-        if 2 <= i + j + k <= rules.FIELD_DEGREE
-    ]
+    powers = [(i, j, k) for i, j, k in product(range(FIELD_DEGREE + 1), repeat=3) if 2 <= i + j + k <= FIELD_DEGREE]
     return Curves(("x", "y", "z"), orthonormal(np.column_stack([x**i * y**j * z**k for i, j, k in powers])))
 
 
@@ -285,10 +297,10 @@ def _conditions(data: Dataset) -> Iterator[tuple[str, FloatArray, int]]:
     """Name, values and degree of what varies beside the pose."""
     for name, values, degree in (
         ("time_s", data.time, rules.TIME_DEGREE),
-        ("temperature_c", data.temperature, rules.TEMPERATURE_DEGREE),
+        ("temperature_c", data.temperature, TEMPERATURE_DEGREE),
     ):
         if values is not None and np.ptp(values) > 0:
             yield name, np.asarray(values), degree
     for name, values in data.sensors.items():
         if np.isfinite(values).all() and np.ptp(values) > 0:
-            yield name, values, rules.CONDITION_DEGREE
+            yield name, values, CONDITION_DEGREE

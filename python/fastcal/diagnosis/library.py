@@ -39,6 +39,10 @@ FloatArray = NDArray[np.float64]
 Key = tuple[str, str]
 Exclusion = tuple[str, str | None]  # an effect and its owner; None: all of them
 
+# Moments of a step that are tried before the best is searched for.
+STEP_MOMENTS = 24
+# Waves of an instrument's range over the distances that were measured, at most.
+RANGE_CYCLES = 60.0
 SLOW = frozenset(["time_s", "temperature_c"])  # what an effect depends on that changes slowly
 _NOT_SCREENED = ("nuisance", "curve", "scanned", "on request")  # roles: blocks without a name stand for the curves
 _SMALL = (0.005, 0.02, 0.06)  # of the largest load of a joint
@@ -282,7 +286,7 @@ def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     inner = np.unique(order_of_rows(data))[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP]
     if len(inner) == 0:
         raise InvalidInput(f"{label(bare)} needs more moments")
-    places = np.unique(np.linspace(0, len(inner) - 1, rules.STEP_MOMENTS).round().astype(int))
+    places = np.unique(np.linspace(0, len(inner) - 1, STEP_MOMENTS).round().astype(int))
     for at in inner[places]:
         yield from_moment(bare, float(at), data)
 
@@ -308,7 +312,7 @@ def _periods(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
         raise InvalidInput(f"{label(bare)} needs points")
     distance = np.linalg.norm(data.position, axis=1)
     span = float(np.nanmax(distance) - np.nanmin(distance))
-    for cycles in np.arange(1.0, rules.RANGE_CYCLES, 0.5) if span > 0 else ():
+    for cycles in np.arange(1.0, RANGE_CYCLES, 0.5) if span > 0 else ():
         yield with_number(bare, "period_mm", from_si(span / cycles, "mm"))
 
 

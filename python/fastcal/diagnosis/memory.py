@@ -27,6 +27,10 @@ from fastcal.said import joined, said
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
+# Successive poses nearer than this share of the distance of poses half the set apart are a path, as a grid is measured:
+# what is missing is alike in successive rows too, and only plain correlation counts as memory.
+NEAR_STEPS = 0.6
+
 
 def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> float:
     """Correlation of neighbours in what a model leaves; 0 where white noise would do.
@@ -44,7 +48,7 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     if len(order) <= X.shape[1]:
         return 0.0
     columns = without_nil(taken(X, order))
-    beside_fit = not along_a_path(problem.data, rules.NEAR_STEPS)
+    beside_fit = not along_a_path(problem.data, NEAR_STEPS)
     deviations = -float(special.ndtri(rules.ALPHA_MEMORY)) if beside_fit else DEVIATIONS
     places, count = place[row[order]], len(problem.data)
     return neighbour_correlation(columns, r[order], places, count, deviations, beside_fit=beside_fit) or 0.0

@@ -27,6 +27,17 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
+# Rows, one measured after the other, that are no outliers if all of them are off: of 5 % outliers so many come in a row
+# in one of a thousand sets.
+OUTLIER_RUN = 4
+# Rows of one command are repeats of each other if their temperatures agree within [K].
+REPEAT_TEMPERATURE = 0.5
+# Share of the square of what rows are off by that their mean makes, from which on they lie off together: where they
+# scatter it is one over their number.
+TOGETHER = 0.5
+# Degrees of freedom from which on repeats determine the noise (sigma within 13 %).
+MIN_REPEAT_FREEDOM = 30
+
 
 @dataclass(frozen=True, eq=False)
 class NoiseLevel:
@@ -160,7 +171,7 @@ def _how_far(error: FloatArray) -> str:
     if len(known) == 0:
         return "are far off"
     mean = known.mean(axis=0)
-    if float(mean @ mean) < rules.TOGETHER * float(np.mean(np.sum(known**2, axis=1))):
+    if float(mean @ mean) < TOGETHER * float(np.mean(np.sum(known**2, axis=1))):
         return "are far off"
     shift = from_si(float(np.linalg.norm(mean)), "mm")
     return f"lie {shift:.2g} mm off together, as if something had been moved and put back"
@@ -186,7 +197,7 @@ def _runs(wrong: IntArray, data: Dataset) -> list[IntArray]:
     bridged = is_wrong | (padded[:-2] & padded[2:])
     ends = np.flatnonzero(np.diff(np.r_[False, bridged, False].astype(int)))
     runs = [slice(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
-    return [order[run] for run in runs if rules.OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(rules.OUTLIER_RUN))]
+    return [order[run] for run in runs if OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(OUTLIER_RUN))]
 
 
 def _joint_of_shared_range(wrong: IntArray, q: FloatArray) -> int | None:
@@ -195,7 +206,7 @@ def _joint_of_shared_range(wrong: IntArray, q: FloatArray) -> int | None:
     k rows drawn from N lie in a window that holds a share f of them with a chance of k f^(k - 1) at most.
     """
     k = len(wrong)
-    if k < rules.OUTLIER_RUN:
+    if k < OUTLIER_RUN:
         return None
     low, high = q[wrong].min(axis=0), q[wrong].max(axis=0)
     share = np.mean((q >= low) & (q <= high), axis=0)
@@ -262,7 +273,7 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
     as much (F), both together; where it leaves less, something moved between the visits, and they are no repeats.
     """
     repeated = repeats(data)
-    if repeated is None or repeated[1] < rules.MIN_REPEAT_FREEDOM:
+    if repeated is None or repeated[1] < MIN_REPEAT_FREEDOM:
         return None
     sigma, freedom = repeated
     own = rms_sigma(problem)
@@ -306,7 +317,7 @@ def repeats(data: Dataset) -> tuple[float, float] | None:
         return None
     group = visit_groups(data)
     if data.temperature is not None:
-        degrees = np.round(data.temperature / rules.REPEAT_TEMPERATURE).astype(np.intp)
+        degrees = np.round(data.temperature / REPEAT_TEMPERATURE).astype(np.intp)
         group = np.unique(np.column_stack([group, degrees]), axis=0, return_inverse=True)[1].ravel()
     whole = ~np.isnan(data.position).any(axis=1)
     squares, freedom = 0.0, 0.0

@@ -26,6 +26,9 @@ from fastcal.measurements.observations import kind_of, sigma_field
 
 FloatArray = NDArray[np.float64]
 
+# Relative change of a kind's noise that ends its estimate.
+SCALE_CHANGE = 0.03
+
 
 def first_kind(problem: Problem) -> _core.Observation:
     """The one that has no scale: the first with a unit of length, else the first."""
@@ -79,7 +82,7 @@ def with_own_scales(at: Fit, rich: RichFit) -> Noise:
         low, high = special.fdtri(freedom, whole_freedom, [rules.ALPHA_NOISE / 2, 1 - rules.ALPHA_NOISE / 2])
         by = float(np.sqrt(own / whole))
         is_told_apart = not low <= by**2 <= high
-        still_moves = abs(np.log(by)) > rules.SCALE_CHANGE
+        still_moves = abs(np.log(by)) > SCALE_CHANGE
         is_rescaled = still_moves if other in scale else is_told_apart
         if is_rescaled:
             scale[other] = scale.get(other, 1.0) * by

@@ -33,6 +33,18 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+# Highest order that the periodogram looks for [cycles a turn]: motor turns behind usual reductions, interpolation of
+# encoders.
+FINEST_WAVE = 400.0
+# Peaks of the scan that are taken from each joint.
+PEAKS_PER_JOINT = 3
+# An order this near to a whole one is whole, and any other unless it explains so much more chi square.
+WHOLE_ORDER_WITHIN = 0.15
+BROKEN_ORDER_GAIN = 6.0
+# Orders that are tried from one step of the scan before a peak to one behind it.
+ORDERS_OF_A_STEP = 41
+# Waves of a model that errs by many.
+MAX_WAVES = 24
 _ORDERS_AT_ONCE = 64  # that are scored together, for the memory that their columns take
 _ROWS_AT_ONCE = 512  # of a periodogram
 _MAY_SHOW = 0.6  # of what is significant, between two orders and beside what a fit absorbs
@@ -50,7 +62,7 @@ def fine_looks(problem: Problem, name: Hypothesis) -> float:
     if not is_periodic(name) or float(name.entry.get("order", 0.0)) <= rules.MAX_ORDER:
         return 0.0
     joint = place_of(name.owner).index
-    return float(len(_spaced(float(np.ptp(problem.kept.q[:, joint])), rules.FINEST_WAVE)) * problem.kept.q.shape[1])
+    return float(len(_spaced(float(np.ptp(problem.kept.q[:, joint])), FINEST_WAVE)) * problem.kept.q.shape[1])
 
 
 def scan(state: SearchNode, *, fine_alone: bool = False) -> list[Hypothesis]:
@@ -108,7 +120,7 @@ def _fine_orders(
     at = state.fit
     q, turn = at.problem.kept.q[:, joint], state.blocks.frames[joint_name(joint)][:, 0]
     span = float(np.ptp(q))
-    orders = _spaced(span, rules.FINEST_WAVE)
+    orders = _spaced(span, FINEST_WAVE)
     orders = orders[orders > rules.MAX_ORDER]
     if len(orders) < 3:
         return []
@@ -125,7 +137,7 @@ def _fine_orders(
     enough = _MAY_SHOW * 2 * np.log(trials / rules.ALPHA_WAVE)
     top = np.flatnonzero((power >= inner[:-2]) & (power >= inner[2:]) & (alone > enough))
     found: dict[float, float] = {}
-    for i in top[np.argsort(-power[top], kind="stable")][: rules.PEAKS_PER_JOINT]:
+    for i in top[np.argsort(-power[top], kind="stable")][:PEAKS_PER_JOINT]:
         order = _refined(float(orders[i]), step, scored)
         scores = scored(np.array([order]))
         statistic = np.asarray(scores.statistic)
@@ -190,7 +202,7 @@ def orders_alike(base: SearchNode, name: Hypothesis) -> tuple[float, ...]:
         """The highest statistic within a step of an order, and where."""
         width = step
         for _ in range(2):
-            near = np.linspace(max(order - width, 1.0), order + width, rules.ORDERS_OF_A_STEP)
+            near = np.linspace(max(order - width, 1.0), order + width, ORDERS_OF_A_STEP)
             statistic = np.asarray(scored(near).statistic)
             order = float(near[int(np.argmax(statistic))])
             width = float(near[1] - near[0])
@@ -215,11 +227,11 @@ def _peaks(
     inner = np.r_[-np.inf, statistic, -np.inf]
     top = (statistic >= inner[:-2]) & (statistic >= inner[2:]) & (p * trials < rules.ALPHA_WAVE)
     out: list[float] = []
-    for i in np.flatnonzero(top)[np.argsort(-statistic[top], kind="stable")][: rules.PEAKS_PER_JOINT]:
+    for i in np.flatnonzero(top)[np.argsort(-statistic[top], kind="stable")][:PEAKS_PER_JOINT]:
         order = float(orders[i])
         whole = float(np.clip(np.round(order), 1, None))
         near = float(np.interp(whole, orders, statistic))
-        is_whole = abs(order - whole) < rules.WHOLE_ORDER_WITHIN or statistic[i] - near < rules.BROKEN_ORDER_GAIN
+        is_whole = abs(order - whole) < WHOLE_ORDER_WITHIN or statistic[i] - near < BROKEN_ORDER_GAIN
         chosen = whole if is_whole else round(order, 2)
         if chosen not in out:
             out.append(chosen)
@@ -228,9 +240,9 @@ def _peaks(
 
 def _refined(order: float, step: float, scored: Callable[[FloatArray], _core.BlockScores]) -> float:
     """The order of the highest statistic within a step of the scan about a peak, whole where it is nearly so."""
-    near = np.linspace(max(order - step, 1.0), order + step, rules.ORDERS_OF_A_STEP)
+    near = np.linspace(max(order - step, 1.0), order + step, ORDERS_OF_A_STEP)
     best = float(near[int(np.argmax(np.asarray(scored(near).statistic)))])
-    return float(round(best)) if abs(best - round(best)) < rules.WHOLE_ORDER_WITHIN else round(best, 2)
+    return float(round(best)) if abs(best - round(best)) < WHOLE_ORDER_WITHIN else round(best, 2)
 
 
 def many_waves(start: SearchNode, most: int) -> list[int]:
@@ -243,7 +255,7 @@ def many_waves(start: SearchNode, most: int) -> list[int]:
     first = forward(start, list(range(start.blocks.count)), most + 1)
     if len(first) <= most or not set(first) <= set(periodic):
         return []
-    chosen = forward(start, periodic, rules.MAX_WAVES)
+    chosen = forward(start, periodic, MAX_WAVES)
     return chosen if _held_out_share(start, chosen) <= rules.MAX_WAVES_SHARE else []
 
 

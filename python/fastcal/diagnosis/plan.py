@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastcal.calibration.simulation import simulate
-from fastcal.diagnosis import rules, sensitivity, words
+from fastcal.diagnosis import sensitivity, words
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.library import Hypothesis, Untestable, build_library, parse_exclusions
 from fastcal.diagnosis.problem import Noise, prepared_problem
@@ -27,6 +27,14 @@ from fastcal.robot.robot import Robot
 if TYPE_CHECKING:
     from fastcal.design.candidates import Candidates  # the rooms of design are entered where a plan is made
 
+# Correlation of two signatures from which on poses confuse them.
+CONFUSED_CORRELATION = 0.95
+# Poses of a plan at most, and the power at which it asks for no more.
+PLAN_POSES = 12
+PLAN_POWER = 0.99
+# Random postures and levels of payload that a plan chooses from.
+PLAN_CANDIDATES = 600
+PLAN_PAYLOADS = 3
 _SEED = 0
 
 
@@ -97,9 +105,9 @@ def _plan(best: SearchNode, member: Hypothesis, others: list[Hypothesis]) -> Sep
         J[:, :, : len(common)],
         [J[:, :, a:b] for a, b in pairwise(first)],
         [size / unit[a:b] for size, (a, b) in zip(sizes, pairwise(first), strict=True)],
-        rules.PLAN_POSES,
+        PLAN_POSES,
         prior=done.T @ done,
-        until_power=rules.PLAN_POWER,
+        until_power=PLAN_POWER,
         threads=problem.threads,
     )
     if not len(found.chosen):
@@ -126,13 +134,13 @@ def _candidates(robot: Robot, data: Dataset, causes: Sequence[Hypothesis]) -> Ca
     """Random postures within the ranges that were measured, the payloads at hand, directions where they matter."""
     from fastcal.design.candidates import joint_ranges, postures, with_conditions
 
-    q = postures(robot, "random", rules.PLAN_CANDIDATES, _SEED)
+    q = postures(robot, "random", PLAN_CANDIDATES, _SEED)
     limits = joint_ranges(robot)
     low, high = data.q.min(axis=0), data.q.max(axis=0)
     q = low + (q - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) * (high - low)
     levels = np.unique(data.payload)
-    payloads = levels[np.unique(np.linspace(0, len(levels) - 1, rules.PLAN_PAYLOADS).round().astype(int))]
-    return with_conditions(q, [float(p) for p in payloads], approached_joints(causes), rules.PLAN_CANDIDATES, _SEED)
+    payloads = levels[np.unique(np.linspace(0, len(levels) - 1, PLAN_PAYLOADS).round().astype(int))]
+    return with_conditions(q, [float(p) for p in payloads], approached_joints(causes), PLAN_CANDIDATES, _SEED)
 
 
 def approached_joints(causes: Sequence[Hypothesis]) -> list[int]:
@@ -181,9 +189,7 @@ def foresee(
     first = {name.key: i for i, name in reversed(list(enumerate(found.names))) if found.tests.scores.rank[i] > 0}
     chosen = list(first.values())
     r = np.asarray(found.tests.correlation(chosen, chosen))
-    pairs = [
-        (a, b) for a, b in zip(*np.triu_indices(len(chosen), 1), strict=True) if r[a, b] > rules.CONFUSED_CORRELATION
-    ]
+    pairs = [(a, b) for a, b in zip(*np.triu_indices(len(chosen), 1), strict=True) if r[a, b] > CONFUSED_CORRELATION]
     confused = [(repr(found.names[chosen[a]]), repr(found.names[chosen[b]]), float(r[a, b])) for a, b in pairs]
     return Foresight(
         sensitivity.smallest(search.start),

@@ -30,6 +30,11 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+# Share of the misfit that a parameter of its usual size must move to have an influence at all.
+MIN_INFLUENCE = 1e-9
+# Largest plausible size of a length or an angle of the geometry [1 mm, 1 mrad]: beyond, the tool moves along a curve.
+MAX_GEOMETRY_SIZE = 30.0
+
 
 def plausible_sizes(problem: Problem, model: _core.ErrorModel, near: Linearization) -> FloatArray:
     """(P,) plausible size of each parameter: it alone moves the rows by the root mean square that the start leaves.
@@ -41,7 +46,7 @@ def plausible_sizes(problem: Problem, model: _core.ErrorModel, near: Linearizati
     given = _given_sizes(problem, model)
     is_nil = moves_nothing(problem, model, near)
     size = np.where(is_nil, given, problem.misfit / np.where(is_nil, 1.0, length))
-    size[: problem.own] = np.minimum(size[: problem.own], rules.MAX_GEOMETRY_SIZE * given[: problem.own])
+    size[: problem.own] = np.minimum(size[: problem.own], MAX_GEOMETRY_SIZE * given[: problem.own])
     return size
 
 
@@ -84,7 +89,7 @@ def moves_nothing(problem: Problem, model: _core.ErrorModel, near: Linearization
     So does the compliance of an upright axis, whose load is the rounding of sums that cancel.
     """
     length = near.lengths
-    return np.asarray(length * _given_sizes(problem, model) < rules.MIN_INFLUENCE * problem.misfit)
+    return np.asarray(length * _given_sizes(problem, model) < MIN_INFLUENCE * problem.misfit)
 
 
 def _given_sizes(problem: Problem, model: _core.ErrorModel) -> FloatArray:

@@ -21,6 +21,8 @@ from fastcal.robot.robot import Robot
 from fastcal.surrogate import AddedSurrogate, Thresholds, add_surrogate, formulas
 from fastcal.surrogate.candidates import SLOW
 
+# Surrogates at most.
+MAX_SURROGATES = 3
 _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
 
 
@@ -104,6 +106,6 @@ def thresholds() -> Thresholds:
         held_out=rules.SURROGATE_HELD_OUT,
         lead=rules.UNNAMED_LEAD,
         later=rules.MIN_GAIN,
-        blocks=rules.MAX_SURROGATES,
+        blocks=MAX_SURROGATES,
         bins=rules.POSITION_BINS,
     )

@@ -29,6 +29,13 @@ from fastcal.diagnosis.slow_motion import SlowMotion, is_in_time
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
+# Columns of the rich model at most, as many as a thousand numbers have: more cost time and show no more.
+RICH_MODEL_COLUMNS = 350
+# Blocks that enter the rich model first at most: each costs a fit, and the others enter together.
+MAX_CLEAR_BLOCKS = 12
+# Rounds of the noise of one kind of observation beside another's: where one is far finer than it was taken for, each
+# brings it half way.
+SCALE_ROUNDS = 12
 _NONE = np.zeros(0, dtype=np.intp)
 
 
@@ -103,7 +110,7 @@ class RichModel:
     def by_kind(self) -> RichModel:
         """With a scale for each kind of observation that has noise of its own."""
         out = self
-        for _ in range(rules.SCALE_ROUNDS):
+        for _ in range(SCALE_ROUNDS):
             noise = with_own_scales(out.fit, out.left)
             if noise is out.noise:
                 break
@@ -127,7 +134,7 @@ def _rich_columns(tested: Blocks, offered: Columns, *, at_rest: bool = False) ->
     ranks = np.asarray(tested.tests.scores.rank)
     in_time = [*map(is_in_time, tested.names), *map(is_in_time, tested.generics)]
     allowed = np.flatnonzero(~(at_rest & np.array(in_time)))
-    budget = min(rules.RICH_MODEL_SHARE * tested.at.freedom, rules.RICH_MODEL_COLUMNS)
+    budget = min(rules.RICH_MODEL_SHARE * tested.at.freedom, RICH_MODEL_COLUMNS)
     columns = [tested.at.whitened[0]]
     for index in dict.fromkeys([*_clear(tested, allowed), *_order(tested)]):
         if index in allowed and 0 < ranks[index] <= budget:
@@ -144,7 +151,7 @@ def _clear(blocks: Blocks, among: IntArray | None = None) -> list[int]:
     """
     among = np.arange(len(blocks.sizes)) if among is None else among
     added: list[int] = []
-    while len(added) < rules.MAX_CLEAR_BLOCKS:
+    while len(added) < MAX_CLEAR_BLOCKS:
         left = blocks.tests.given(added)
         worth = blocks.worth(np.asarray(left.statistic)[among], np.asarray(left.rank)[among], among)
         best = int(np.argmax(worth))

@@ -26,6 +26,19 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
+# Rounds of reweighting and of rejecting rows, each.
+NOISE_ROUNDS = 6
+# Sizes of a row from which on Huber's weights fall and Tukey's end [medians of a row]: the usual corners.
+HUBER_SIZE = 1.5
+TUKEY_SIZE = 5.0
+# Weight below which a row is a suspect.
+SUSPECT_WEIGHT = 0.05
+# Least share of a number that the other rows leave to chance (its redundancy): below, it is fitted whatever it is.
+MIN_REDUNDANCY = 0.05
+# Ridge on unit columns of the rich model, which may be dependent.
+RIDGE = 1e-9
+
+
 _ITERATIONS, _ENOUGH = 60, 1e-3  # of conjugate gradients between two sets of weights, and their residual
 
 
@@ -97,7 +110,7 @@ class Leverage:
             V = np.eye(own.shape[1]) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
             values, vectors = np.linalg.eigh(V)
             along = np.einsum("nji,nj->ni", vectors, left[own])
-            square[rows] = np.sum(along**2 / np.maximum(values, rules.MIN_REDUNDANCY), axis=1)
+            square[rows] = np.sum(along**2 / np.maximum(values, MIN_REDUNDANCY), axis=1)
 
         each(weigh, self._groups)
         return square, self._count
@@ -131,7 +144,7 @@ def without_outliers(
     Z = ridged_basis(X, normal)
     leverage, left_by_all = Leverage(Z, row), r - times(Z, inner(Z, r))
     wrong = _largest(_suspects(Z, r, row) if begun is None else begun, None, row)
-    for _ in range(rules.NOISE_ROUNDS):
+    for _ in range(NOISE_ROUNDS):
         is_out = np.isin(row, wrong)
         left, more = _without(Z, left_by_all, is_out)
         kept = ~is_out & (row >= 0)
@@ -154,7 +167,7 @@ def gross_rows(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
     square = np.bincount(row[held], r[held] ** 2)
     count = np.bincount(row[held])
     mean = square[count > 0] / count[count > 0]
-    if not (mean > rules.TUKEY_SIZE**2 * np.median(mean)).any():
+    if not (mean > TUKEY_SIZE**2 * np.median(mean)).any():
         return np.zeros(0, dtype=np.intp)
     return without_outliers(unit_columns(X), r, row).gross
 
@@ -184,7 +197,7 @@ def ridged_residual(X: FloatArray, r: FloatArray) -> FloatArray:
 
 def _ridged_root(normal: FloatArray) -> FloatArray:
     """Lower triangular L (p, p) of the products of unit columns with the ridge; `normal` is spoilt."""
-    normal[np.diag_indices(len(normal))] += rules.RIDGE
+    normal[np.diag_indices(len(normal))] += RIDGE
     return np.asarray(linalg.cholesky(normal, lower=True, overwrite_a=True, check_finite=False))
 
 
@@ -194,7 +207,7 @@ def _without(Z: FloatArray, left: FloatArray, is_out: BoolArray) -> tuple[FloatA
         return left, None
     out = Z[is_out]
     G = np.eye(len(out)) - out @ out.T
-    G[np.diag_indices(len(out))] += rules.RIDGE
+    G[np.diag_indices(len(out))] += RIDGE
     L = linalg.cholesky(G, lower=True, check_finite=False)
     more = over(times(Z, out.T), L)
     return left + more @ linalg.solve_triangular(L, left[is_out], lower=True, check_finite=False), more
@@ -206,19 +219,19 @@ def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
     rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
     weight = np.ones(len(rows))
     b = inner(Z, r)
-    for round_ in range(rules.NOISE_ROUNDS):
+    for round_ in range(NOISE_ROUNDS):
         left = r - times(Z, b)
         size = np.sqrt(np.bincount(place, left**2) / count)
         scale = float(np.median(size[rows >= 0]))
         u = size / max(scale, 1e-300)
-        if round_ < rules.NOISE_ROUNDS // 2:
-            weight = huber(u, rules.HUBER_SIZE)
+        if round_ < NOISE_ROUNDS // 2:
+            weight = huber(u, HUBER_SIZE)
         else:
-            weight = np.where(u < rules.TUKEY_SIZE, (1 - (u / rules.TUKEY_SIZE) ** 2) ** 2, 0.0)
+            weight = np.where(u < TUKEY_SIZE, (1 - (u / TUKEY_SIZE) ** 2) ** 2, 0.0)
         weight[rows < 0] = 1.0
-        if round_ < rules.NOISE_ROUNDS - 1:
+        if round_ < NOISE_ROUNDS - 1:
             b = _weighted(Z, r, weight[place].astype(np.float32), b)
-    return np.asarray(rows[weight < rules.SUSPECT_WEIGHT])
+    return np.asarray(rows[weight < SUSPECT_WEIGHT])
 
 
 def _weighted(Z: FloatArray, r: FloatArray, weight: FloatArray, b: FloatArray) -> FloatArray:
@@ -233,7 +246,7 @@ def _weighted(Z: FloatArray, r: FloatArray, weight: FloatArray, b: FloatArray) -
     for _ in range(_ITERATIONS):
         if square <= enough:
             break
-        Ap = times_normal(p) + rules.RIDGE * p
+        Ap = times_normal(p) + RIDGE * p
         step = square / float(p @ Ap)
         b, g = b + step * p, g - step * Ap
         before, square = square, float(g @ g)

@@ -16,6 +16,11 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of, sigma_field, tables_of
 
+# Share of the variance below which the noise was taken too large and the search begins again.
+RESTART_BELOW = 0.85
+# Searches with a new noise or new waves at most.
+MAX_SEARCHES = 3
+
 
 def claimed(data: Dataset, sigma: float | None) -> Noise:
     """The noise to begin with: as the data or the user claim it, else a guess."""
@@ -35,7 +40,7 @@ def searched(
     """
     plain = rivals.Rivals(Search(problem, notify))
     was_hopeless = False
-    for round_ in range(rules.MAX_SEARCHES):
+    for round_ in range(MAX_SEARCHES):
         again: Problem | None
         if plain.names_are_hopeless:
             best = plain.search.start
@@ -46,7 +51,7 @@ def searched(
             best = _best(plain.search.grow())
             again, level = _again(plain.search, best, sigma)
             again = None if plain.search.is_cut_short else again
-        if again is None or round_ == rules.MAX_SEARCHES - 1:
+        if again is None or round_ == MAX_SEARCHES - 1:
             break
         plain = plain.again(again)
         problem = again
@@ -84,7 +89,7 @@ def _further_names(search: Search, best: SearchNode) -> list[Hypothesis]:
 
 def _is_calmer(now: Problem, before: Problem) -> bool:
     """Is the noise of one problem markedly below that of another one?"""
-    return rms_sigma(now) ** 2 < rules.RESTART_BELOW * rms_sigma(before) ** 2
+    return rms_sigma(now) ** 2 < RESTART_BELOW * rms_sigma(before) ** 2
 
 
 def _best(levels: list[list[SearchNode]]) -> SearchNode:

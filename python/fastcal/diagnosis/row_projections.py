@@ -13,11 +13,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.measurements.instrument import beam_axes
 
 FloatArray = NDArray[np.float64]
+
+# Leverage of a pose below which it shows next to nothing of an effect [of the 90th percentile].
+MIN_LEVERAGE = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +91,7 @@ class Effect:
         """Sizes along a column c (m,), such as a joint's."""
         square = self.dot(c, c)
         length = np.sqrt(square)
-        kept = np.flatnonzero(length > rules.MIN_LEVERAGE * np.quantile(length, 0.9))
+        kept = np.flatnonzero(length > MIN_LEVERAGE * np.quantile(length, 0.9))
         factor = 1 / square[kept, np.newaxis]
         g = np.column_stack([self.dot(c, column)[kept] for column in self.C.T]) * factor
         after = self.dot(c, self.r)[kept, np.newaxis] * factor

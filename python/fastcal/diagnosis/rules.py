@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The rules of the diagnosis: every number on which an answer depends, its meaning, unit and origin.
+"""The rules of the diagnosis: every number that decides an answer, its meaning, unit and origin.
 
 Four currencies: levels (a chance of error, family-wise where a family is tested), BIC (a difference of 10 is odds of
 1 : 150), signal-to-noise ratios (root of a chi square) and shares. They are read at call time as `rules.NAME`: a test
-changes each in turn (tests/python/diagnosis/rules). Guards against rounding in one formula stay beside it.
+changes each in turn (tests/python/diagnosis/rules). Numbers that may be doubled and halved without another answer stand
+beside their formula: guards against rounding, limits of effort, lengths of lists.
 
 Where they come from: "Level" is a chance that was chosen; "Numerical" is accuracy beyond which answers do not change;
 "Simulated" was set on the sets of bench/python/diagnosis_sets.py, whose outcome docs/diagnosis-performance.md holds;
@@ -18,16 +19,8 @@ PRIOR_WIDTH = 30.0
 # The same of the arm's angles and of curves of its joints, at most, unless the arm is farther off [rad; of lengths, of
 # the reach]: what the rows hardly show stays near nominal, as `calibrate` holds it.
 GEOMETRY_WIDTH = 5e-3
-# Longest reach of a step along what the data hardly show [plausible sizes]. Numerical.
-MAX_STEP = 30.0
-# Linearizations of a fit at most. Numerical.
-MAX_ITERATIONS = 15
-# Change of chi square that decides nothing, and the same as a share of chi square. Numerical.
-CHI_SQUARE_TOLERANCE, CHI_SQUARE_SHARE = 0.1, 1e-5
-# Share of the misfit that a parameter of its usual size must move to have an influence at all. Numerical.
-MIN_INFLUENCE = 1e-9
-# Largest plausible size of a length or an angle of the geometry [1 mm, 1 mrad]: beyond, the tool moves along a curve.
-MAX_GEOMETRY_SIZE = 30.0
+# Change of chi square that decides nothing: a tenth of what chance makes of one number. Numerical.
+CHI_SQUARE_TOLERANCE = 0.1
 
 # --- Noise and outliers -----------------------------------------------------------------------------------------------
 # Common noise to begin with where the data claim none [m, rad]; it is estimated from there on.
@@ -35,17 +28,12 @@ NOISE_GUESS = 1e-4
 # Share of the degrees of freedom that the blocks of the rich model may take: more leaves too little to estimate the
 # noise from, less takes a missing effect for noise.
 RICH_MODEL_SHARE = 0.35
-# Columns of these blocks at most, as many as a thousand numbers have: more cost time and show no more.
-RICH_MODEL_COLUMNS = 350
-# Blocks that enter the rich model first at most, and the gain of BIC that each must bring (odds of 1 : 22 000).
-MAX_CLEAR_BLOCKS, CLEAR_BLOCK_BIC = 12, 20.0
+# Gain of BIC that each block must bring that enters the rich model first (odds of 1 : 22 000).
+CLEAR_BLOCK_BIC = 20.0
 # Chance that noise alone puts one row of a data set on the list of outliers. Level.
 ALPHA_OUTLIER = 0.01
 # Share of the rows that may be outliers: more are no outliers but an effect.
 MAX_OUTLIER_SHARE = 0.05
-# Rows, one measured after the other, that are no outliers if all of them are off: of 5 % outliers so many come in a row
-# in one of a thousand sets.
-OUTLIER_RUN = 4
 # Chance that outliers lie so near each other on one joint's way. Level.
 ALPHA_POSTURE = 1e-3
 # Two-sided level at which a claimed noise, or repeats against the rich model, are taken to be wrong. Level.
@@ -53,41 +41,14 @@ ALPHA_NOISE = 0.01
 # One-sided level at which rows measured one after the other err alike. Noise that is slow and taken for white makes
 # causes; white noise that is taken for slow hides a little of what changes slowly. Level.
 ALPHA_MEMORY = 0.01
-# Successive poses nearer than this share of the distance of poses half the set apart are a path, as a grid is measured:
-# what is missing is alike in successive rows too, and only plain correlation counts as memory. Share.
-NEAR_STEPS = 0.6
 # BIC by which a motion of base or tool in time must do better than noise with a memory does not to be that noise (odds
-# of 1 : 22 000), and share of the rows that may lie off together and be left out.
-SLOW_MOTION_BIC, MAX_MOVED_SHARE = 20.0, 0.35
-# Rows of one command are repeats of each other if their temperatures agree within [K].
-REPEAT_TEMPERATURE = 0.5
-# Share of the square of what rows are off by that their mean makes, from which on they lie off together: where they
-# scatter it is one over their number.
-TOGETHER = 0.5
+# of 1 : 22 000).
+SLOW_MOTION_BIC = 20.0
 # Correlation of successive rows from which on something slow may hide in the noise, and a verdict says so.
 STRONG_MEMORY = 0.5
-# Degrees of freedom from which on repeats determine the noise (sigma within 13 %).
-MIN_REPEAT_FREEDOM = 30
-# The noise of one kind of observation beside another's is found when it moves by less than this share, or after so many
-# rounds: where one is far finer than it was taken for, each round brings it half way. Numerical.
-SCALE_CHANGE, SCALE_ROUNDS = 0.03, 12
-# Rounds of reweighting and of rejecting rows, each. Numerical.
-NOISE_ROUNDS = 6
-# Size of a row from which on Huber's and Tukey's weights fall [medians of a row].
-HUBER_SIZE, TUKEY_SIZE = 1.5, 5.0
 # Twice the log of the likelihood by which t noise must exceed normal noise for the rows of the written model to be
 # weighed: one number more, chosen where there is nothing in one of twenty sets. A wrong choice costs a few percent.
 HEAVY_TAILS_GAIN = 2.7
-# Weight below which a row is a suspect.
-SUSPECT_WEIGHT = 0.05
-# Least share of a number that the other rows leave to chance (its redundancy): below, it is fitted whatever it is.
-MIN_REDUNDANCY = 0.05
-# Ridge on unit columns of the rich model, which may be dependent. Numerical.
-RIDGE = 1e-9
-# Share of the variance below which the noise was taken too large and the search begins again.
-RESTART_BELOW = 0.85
-# Searches with a new noise or new waves at most.
-MAX_SEARCHES = 3
 
 # --- What is tested ---------------------------------------------------------------------------------------------------
 # Cycles a turn of the periodic names. Gears, encoders, bearings: others are scanned for.
@@ -96,23 +57,10 @@ WAVE_ORDERS = (1, 2, 3, 4, 5, 6)
 CORNER_QUANTILES = (0.2, 0.35, 0.5, 0.65, 0.8)
 # How late heat may reach the metal [of the time that the data span].
 LAG_SHARES = (0.04, 0.1, 0.25)
-# Moments of a step that are tried before the best is searched for, and rows on either side of it at least, as poses
-# that load a joint less, and more, than where a law of its load bends.
-STEP_MOMENTS, MIN_ROWS_BESIDE_STEP = 24, 5
-# Fourier orders of a curve over a turn, and degree of a curve over a load.
-CURVE_ORDERS = 6
-# Degrees of curves over time, temperature, and any other condition (an own column, the payload).
-TIME_DEGREE, TEMPERATURE_DEGREE, CONDITION_DEGREE = 5, 3, 2
-# Links that carry nearly all of an arm's weight, the longest: where they reach, a base that yields leans to.
-LONG_LINKS = 2
-# Degree of a smooth field over the workspace.
-FIELD_DEGREE = 3
-# Orders of an instrument's circles, and degree of its range.
-CIRCLE_ORDERS, RANGE_DEGREE = 2, 2
-# Distance from the instrument's own axis below which a point has no azimuth [of the farthest].
-MIN_AXIS_DISTANCE = 1e-2
-# Singular value below which a combination of curves is none of its own over these rows [of the largest].
-MIN_CURVE_VALUE = 1e-2
+# Rows on either side of a step at least, as poses that load a joint less, and more, than where a law of its load bends.
+MIN_ROWS_BESIDE_STEP = 5
+# Degree of curves over time.
+TIME_DEGREE = 5
 
 # --- Search -----------------------------------------------------------------------------------------------------------
 # Chance to see something where nothing is missing, names and blocks without a name together. Level.
@@ -126,14 +74,6 @@ ALPHA_NAMED, ALPHA_GENERIC = 0.03, 0.01
 MAX_EFFECTS, MAX_EFFECTS_GROWN = 4, 8
 # Sets of one size that are kept, names that are tried on top of each, and in place of each member of one that grows on.
 BEAM_WIDTH, CHILDREN_PER_NODE, EXCHANGES_PER_MEMBER = 3, 4, 2
-# Measured numbers that names are searched for in, 6,000 rows of positions or 3,000 of poses; where there are more, what
-# was found is fitted to all of them. An effect of which these show nothing (SNR 6) moves the tool by less than a
-# twentieth of the noise. A limit of memory: columns of all that an arm of six joints may lack take 180 MB.
-SEARCHED_NUMBERS = 18000
-# Numbers of Jacobians (measured numbers times parameters) that the fits of one search may evaluate before it tries no
-# larger sets and no further exchanges: 1,500 linearizations of 300 points with 75 parameters. A limit of effort:
-# simulated sets of 300 rows took 0.3 to 25 % of it.
-MAX_WORK = 1e8
 # Difference of BIC that decides between two sets (odds of 1 : 150).
 DECISIVE_BIC = 10.0
 # Signal-to-noise ratio of a name beside something that has none: weaker ones may be its shadow.
@@ -190,38 +130,23 @@ MAX_REFITS = 3
 # --- Scans ------------------------------------------------------------------------------------------------------------
 # Chance that a scan of all moments, periods and lags comes upon something where nothing is missing. Level.
 ALPHA_SCAN = 1e-3
-# Names that a scan may add, and share of the likeliest one's worth that each must have: the others are its shadows.
-SCANNED_NAMES, SCANNED_SHARE = 8, 0.5
-# Share of a step (of its variance) that positions, payload, stations and mounts of the rows may explain: where they
-# change with it, it is no step in time.
-MAX_STEP_SHARE = 0.5
-# Waves of an instrument's range over the distances that were measured, at most.
-RANGE_CYCLES = 60.0
+# Share of the likeliest name's worth that each that a scan adds must have: the others are its shadows.
+SCANNED_SHARE = 0.5
 # Time constants of what comes to rest [of the time that the data span].
 SETTLING_SHARES = (0.02, 0.04, 0.08, 0.15, 0.3, 0.6)
 
 # --- Waves and curves of joints ---------------------------------------------------------------------------------------
-# Highest order of which each is scored [cycles a turn], and the highest that is looked for, by the periodogram: motor
-# turns behind usual reductions, interpolation of encoders.
-MAX_ORDER, FINEST_WAVE = 40.0, 400.0
-# Peaks of the scan that are taken from each joint, and their level.
-PEAKS_PER_JOINT, ALPHA_WAVE = 3, 1e-3
-# An order this near to a whole one is whole, and any other unless it explains so much more chi square.
-WHOLE_ORDER_WITHIN, BROKEN_ORDER_GAIN = 0.15, 6.0
-# Orders that are tried from one step of the scan before a peak to one behind it. Numerical.
-ORDERS_OF_A_STEP = 41
-# Waves of a model that errs by many.
-MAX_WAVES = 24
+# Highest order of which each is scored [cycles a turn]; finer ones the periodogram looks for.
+MAX_ORDER = 40.0
+# Level of a wave that a scan of orders finds. Level.
+ALPHA_WAVE = 1e-3
 # Share of the mean square of held-out rows that many waves may leave to be the cause.
 MAX_WAVES_SHARE = 0.5
 # Length scales of a smooth curve over a joint's position [of its range], beside which its waves are weighed.
 CURVE_SCALES = (0.07, 0.15, 0.35, 0.8)
 
-# Order of the finest waves that a curve over a joint's position may show: one a motor turn behind a usual reduction;
-# its knots over those of the coarser curve, from which on it is tried; parts of an interval between knots, of which on
-# average one must hold rows; measured numbers a knot at least; knots of all curves at most (a file holds
-# their covariance).
-FINEST_ORDER, FINER, PLACES_PER_KNOT, NUMBERS_PER_KNOT, MAX_KNOTS = 120.0, 1.25, 4, 4, 850
+# Order of the finest waves that a curve over a joint's position may show: one a motor turn behind a usual reduction.
+FINEST_ORDER = 120.0
 
 # --- Grades -----------------------------------------------------------------------------------------------------------
 # Signal-to-noise ratio of grade A: from here on a look-alike of correlation 0.95 would have shown itself. Simulated.
@@ -277,8 +202,6 @@ ALPHA_RIG = 1e-4
 RIG_LEAD = 10.0
 
 # --- What remains, what could have been seen, what to measure next ----------------------------------------------------
-# Orders that are looked for in a joint's curve, and the share of its square from which on one is stated.
-PROFILE_ORDERS, MAIN_ORDER_SHARE = 6, 0.25
 # Evidence of a surrogate of what remains, and of a further one [twice a log of likelihoods]; with the next rule none on
 # 14 of 14 sets where nothing is missing. Simulated.
 SURROGATE_EVIDENCE, FURTHER_SURROGATE_EVIDENCE = 60.0, 30.0
@@ -287,21 +210,5 @@ SURROGATE_HELD_OUT = 0.95
 # Share of the noise that a model with a surrogate must leave of rows held out to be compared: less is no prediction,
 # but squares of large errors, linearized at two fits. Where it was real it left 1.18 or more, in nine sets.
 MIN_LEFT = 0.5
-# Surrogates at most.
-MAX_SURROGATES = 3
-# Waves that the sentence lists one by one.
-MAX_WAVES_LISTED = 4
-# Probability with which the smallest effect that could have been seen is seen.
-DETECTION_POWER = 0.8
-# Names in the ranking, and in the map of confusions.
-RANKING_LENGTH, CONFUSION_LENGTH = 12, 8
-# Correlation of two signatures from which on poses confuse them.
-CONFUSED_CORRELATION = 0.95
-# Poses of a plan at most, and the power at which it asks for no more; below the other power it says so.
-PLAN_POSES, PLAN_POWER, MIN_PLAN_POWER = 12, 0.99, 0.8
-# Random postures and levels of payload that a plan chooses from.
-PLAN_CANDIDATES, PLAN_PAYLOADS = 600, 3
 
 # --- Pictures ---------------------------------------------------------------------------------------------------------
-# Leverage of a pose below which it shows next to nothing of an effect [of the 90th percentile].
-MIN_LEVERAGE = 0.25

@@ -41,6 +41,11 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+# Names that a scan may add.
+SCANNED_NAMES = 8
+# Share of a step (of its variance) that positions, payload, stations and mounts of the rows may explain: where they
+# change with it, it is no step in time.
+MAX_STEP_SHARE = 0.5
 _AT_ONCE = 128  # names that are scored together, for the memory that their columns take
 _LOADS_APART = 4.0  # loads of a form that are tried, above and below the first
 _ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
@@ -63,7 +68,7 @@ def scan(state: SearchNode, *, among: Container[str] | None = None) -> list[Hypo
             name = refined(grid[best], [grid[i] for i in own], state)
             if not is_a_condition(name, state.fit.problem.kept):
                 found.append((float(worth[best]), name))
-    likeliest = sorted(found, key=lambda pair: -pair[0])[: rules.SCANNED_NAMES]
+    likeliest = sorted(found, key=lambda pair: -pair[0])[:SCANNED_NAMES]
     enough = rules.SCANNED_SHARE * max((value for value, _ in likeliest), default=0.0)
     return [name for value, name in likeliest if value >= enough]
 
@@ -84,7 +89,7 @@ def is_a_condition(name: Hypothesis, data: Dataset) -> bool:
         numbers.append(data.approach)
     X = np.column_stack([np.ones(len(step)), *(np.nan_to_num(part.astype(float)) for part in numbers)])
     left = step - X @ np.linalg.lstsq(X, step, rcond=1e-9)[0]
-    return bool(left @ left < (1 - rules.MAX_STEP_SHARE) * np.sum((step - step.mean()) ** 2))
+    return bool(left @ left < (1 - MAX_STEP_SHARE) * np.sum((step - step.mean()) ** 2))
 
 
 def without_a_block() -> frozenset[str]:

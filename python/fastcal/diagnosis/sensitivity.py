@@ -22,6 +22,11 @@ from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
+# Probability with which the smallest effect that could have been seen is seen.
+DETECTION_POWER = 0.8
+# Names in the ranking, and in the map of confusions.
+RANKING_LENGTH = 12
+CONFUSION_LENGTH = 8
 _SURELY = 4.0  # standard deviations: beyond where one of two chances is enough, both are
 _HALVINGS = 40
 
@@ -56,7 +61,7 @@ def smallest(state: SearchNode) -> list[DetectableEffect]:
             tested.setdefault(name.key, i)
     columns = [int(c) for i in tested.values() for c in range(first[i], first[i + 1])]
     limits, threads = _limits(state), state.fit.problem.threads
-    detected = np.asarray(found.tests.detectable(columns, limits, rules.DETECTION_POWER, threads=threads))
+    detected = np.asarray(found.tests.detectable(columns, limits, DETECTION_POWER, threads=threads))
     roots = dict(zip(columns, _also_borne_out(detected), strict=True))
     out: list[DetectableEffect] = []
     for i in tested.values():
@@ -75,13 +80,13 @@ def _also_borne_out(detected: FloatArray) -> FloatArray:
     A root s is detected with probability Phi(z + s - detected), Phi(z) = DETECTION_POWER, and helps to predict by s / 2
     standard errors, give or take one, of which it needs MIN_GAIN; each by a chance of its own.
     """
-    z = float(special.ndtri(rules.DETECTION_POWER))
+    z = float(special.ndtri(DETECTION_POWER))
     low = np.maximum(detected, 2 * (rules.MIN_GAIN + z))
     high = low + _SURELY
     for _ in range(_HALVINGS):
         s = 0.5 * (low + high)
         with np.errstate(invalid="ignore"):  # of what no size shows
-            passes = special.ndtr(z + s - detected) * special.ndtr(s / 2 - rules.MIN_GAIN) >= rules.DETECTION_POWER
+            passes = special.ndtr(z + s - detected) * special.ndtr(s / 2 - rules.MIN_GAIN) >= DETECTION_POWER
         low, high = np.where(passes, low, s), np.where(passes, s, high)
     return high
 
@@ -133,7 +138,7 @@ def ranking(search: Search, best: SearchNode) -> list[RankedHypothesis]:
         name = found.names[i]
         if rank[i] == 0 or name.key in seen:
             continue
-        if len(out) >= rules.RANKING_LENGTH:
+        if len(out) >= RANKING_LENGTH:
             break
         seen.add(name.key)
         (effect,) = build_effects([{k: v for k, v in name.entry.items() if k != "corner"}], core)
@@ -178,6 +183,6 @@ def confusion(search: Search) -> tuple[list[CauseLabel], FloatArray]:
     for i in np.argsort(-statistic, kind="stable"):
         if statistic[i] > 0 and all(found.names[i].key != found.names[k].key for k in chosen):
             chosen.append(int(i))
-        if len(chosen) == rules.CONFUSION_LENGTH:
+        if len(chosen) == CONFUSION_LENGTH:
             break
     return [found.names[i].label for i in chosen], np.asarray(found.tests.correlation(chosen, chosen))

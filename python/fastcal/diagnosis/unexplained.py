@@ -24,6 +24,10 @@ from fastcal.robot.robot_spec import Joint, RobotSpec, content
 
 FloatArray = NDArray[np.float64]
 
+# Orders that are looked for in a joint's curve, and the share of its square from which on one is stated.
+PROFILE_ORDERS = 6
+MAIN_ORDER_SHARE = 0.25
+
 
 def curved_joints(best: SearchNode) -> list[Spec]:
     """A profile for each joint whose error significantly follows its own position, beside those of the joints before.
@@ -82,7 +86,7 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
     q = np.zeros((200, model.joint_count))
     q[:, joint] = np.linspace(found["low_rad"], found["high_rad"], len(q))
     curve = profile_curve(model, entry["owner"], q[:, joint])
-    orders = [n for n in range(1, rules.PROFILE_ORDERS + 1) if n * (found["high_rad"] - found["low_rad"]) > np.pi]
+    orders = [n for n in range(1, PROFILE_ORDERS + 1) if n * (found["high_rad"] - found["low_rad"]) > np.pi]
     if not orders:
         return []
     # One order at a time beside a straight line: together they would be ill-conditioned over less than a turn.
@@ -92,7 +96,7 @@ def main_orders(model: Robot, entry: Spec) -> list[tuple[int, float]]:
         each.append(float(np.hypot(*np.linalg.lstsq(X, curve, rcond=1e-3)[0][2:])))
     size = np.minimum(each, float(np.ptp(curve)))
     total = float(np.sum(size**2))
-    return [(n, float(a)) for n, a in zip(orders, size, strict=True) if a**2 >= rules.MAIN_ORDER_SHARE * total > 0]
+    return [(n, float(a)) for n, a in zip(orders, size, strict=True) if a**2 >= MAIN_ORDER_SHARE * total > 0]
 
 
 def profile_curve(model: Robot, owner: str, q: FloatArray) -> FloatArray:

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.plan import SeparatingPlan
     from fastcal.diagnosis.result import Diagnosis, Finding, Unexplained
 
+# Waves that the sentence lists one by one.
+MAX_WAVES_LISTED = 4
+# Power of a plan below which it says that more poses are needed.
+MIN_PLAN_POWER = 0.8
 _OWNERS = {
     "base": said("base"),
     "tool": said("tool"),
@@ -141,8 +145,8 @@ def reason_text(because: Because, speak: Speak = str) -> Said:
 
 def _listed(orders: list[str]) -> str:
     """["37", "43"] to "37 and 43"; of many the first few."""
-    if len(orders) > rules.MAX_WAVES_LISTED:
-        orders = [*orders[: rules.MAX_WAVES_LISTED], said("others")]
+    if len(orders) > MAX_WAVES_LISTED:
+        orders = [*orders[:MAX_WAVES_LISTED], said("others")]
     first = joined(", ", orders[:-1])
     return chained("{first} and {second}", [part for part in (first, *orders[-1:]) if part])
 
@@ -159,7 +163,7 @@ def plan_text(plan: SeparatingPlan, speak: Speak = str) -> Said:
         before=plan.power_before,
         after=plan.power_after,
     )
-    if plan.power_after >= rules.MIN_PLAN_POWER:
+    if plan.power_after >= MIN_PLAN_POWER:
         return text
     more = said(
         "That is not enough: a load that pulls sideways, another payload or a target on the link itself would "
@@ -222,7 +226,7 @@ def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
             text = said("Nothing is missing that these data could show above their noise of {noise}", noise=noise)
         return joined("", [text, *but, "."])
     waves = [f for f in found.effects if traits_of(f.effect).is_wave and f.grade != "C"]
-    many = len(waves) > rules.MAX_WAVES_LISTED
+    many = len(waves) > MAX_WAVES_LISTED
     sentences: list[str] = [_many_waves(waves)] if many else []
     told = [f for f in found.effects if not (_is_outdone(f) or _is_of_a_plain_model(f))]
     named = [f for f in told if traits_of(f.effect).role != "curve" and not (many and f in waves)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fastcal import _core, calibrate, diagnose, load_robot, perturbed, random_poses
-from fastcal.diagnosis import rules
+from fastcal.diagnosis import curves, rules
 from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
@@ -64,7 +64,7 @@ def test_knots_are_as_close_as_the_finest_wave_asks_and_the_rows_allow() -> None
     found = knots(measured(poses(1000, 2), 3), profiles(2))
     assert all(k is not None and 0.85 * most <= k <= most for k in found)
     few = knots(measured(poses(120, 2), 3), profiles())
-    assert sum(k or 0 for k in few) <= 3 * 120 / rules.NUMBERS_PER_KNOT
+    assert sum(k or 0 for k in few) <= 3 * 120 / curves.NUMBERS_PER_KNOT
     q = poses(1000, 2)
     q[:, 0] = np.linspace(-1.0, 1.0, 12)[np.random.default_rng(0).integers(0, 12, 1000)]
     assert knots(measured(q, 3), profiles(2))[0] is None
@@ -108,7 +108,7 @@ def test_ripples_are_taken_into_the_curves_of_their_joints(monkeypatch: pytest.M
 
 def test_a_model_of_as_many_knots_as_there_may_be_can_be_read_again() -> None:
     """Its file holds the covariance of all its parameters; one of 640 was once written and then refused."""
-    parameters = rules.MAX_KNOTS + 100
+    parameters = curves.MAX_KNOTS + 100
     assert parameters * (parameters + 1) // 2 + 4 * parameters < yaml_file.MAX_VALUES
     assert 24 * parameters * (parameters + 1) // 2 < yaml_file.MAX_BYTES
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fastcal import Robot, _core, diagnose, load_robot, perturbed, random_poses, simulate
-from fastcal.diagnosis import rules
+from fastcal.diagnosis import many_rows, rules, search
 from fastcal.diagnosis.many_rows import searched_rows
 from fastcal.measurements.dataset import Dataset
 
@@ -37,7 +37,7 @@ def rows(count: int, effects: list[dict[str, Any]]) -> Dataset:
 def test_the_work_for_twenty_thousand_rows_is_that_for_a_few_and_a_handful_of_fits(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(rules, "SEARCHED_NUMBERS", 360)
+    monkeypatch.setattr(many_rows, "SEARCHED_NUMBERS", 360)
     numbers: list[int] = []
     linearize = _core.linearize
 
@@ -67,7 +67,7 @@ def test_what_is_found_in_some_rows_is_fitted_to_all(monkeypatch: pytest.MonkeyP
     position[77] += 0.004
     data = Dataset(**{**vars(data), "position": position})
     whole = diagnose(arm(), data, sigma=SIGMA)
-    monkeypatch.setattr(rules, "SEARCHED_NUMBERS", 480)
+    monkeypatch.setattr(many_rows, "SEARCHED_NUMBERS", 480)
     some = diagnose(arm(), data, sigma=SIGMA)
     assert some.outliers == whole.outliers == [77]
     assert [f.label for f in some.effects] == [f.label for f in whole.effects] == ["backlash@joint4"]
@@ -82,7 +82,7 @@ def test_what_is_found_in_some_rows_is_fitted_to_all(monkeypatch: pytest.MonkeyP
 def test_rows_that_are_searched_are_stretches_over_all_and_the_extremes(monkeypatch: pytest.MonkeyPatch) -> None:
     data = rows(400, [])
     assert searched_rows(data, arm()) is None
-    monkeypatch.setattr(rules, "SEARCHED_NUMBERS", 300)
+    monkeypatch.setattr(many_rows, "SEARCHED_NUMBERS", 300)
     chosen = searched_rows(data, arm())
     assert chosen is not None
     assert 100 <= len(chosen) <= 140
@@ -95,7 +95,7 @@ def test_rows_that_are_searched_are_stretches_over_all_and_the_extremes(monkeypa
 
 def test_a_search_that_is_cut_short_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     data = rows(110, [BACKLASH, RATIO])
-    monkeypatch.setattr(rules, "MAX_WORK", 1.0)
+    monkeypatch.setattr(search, "MAX_WORK", 1.0)
     found = diagnose(arm(), data, sigma=SIGMA)
     assert found.search.is_cut_short
     assert len(found.search.seen) <= rules.BEAM_WIDTH + rules.CHILDREN_PER_NODE + 8
@@ -108,4 +108,4 @@ def test_a_search_that_ends_by_itself_says_nothing() -> None:
     found = diagnose(arm(), rows(110, [BACKLASH]), sigma=SIGMA)
     assert not found.search.is_cut_short
     assert not any("searched" in note or "search" in note for note in found.notes)
-    assert 0 < found.search.work < 0.01 * rules.MAX_WORK
+    assert 0 < found.search.work < 0.01 * search.MAX_WORK

@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 
 from fastcal import perturbed
-from fastcal.diagnosis import blocks, heavy_tails, noise, periodic, priors, rich_model, rounds, rules
+from fastcal.diagnosis import blocks, heavy_tails, noise, periodic, priors, rich_model, rounds
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.problem import Linearization, prepared_problem
 from fastcal.diagnosis.search import Search
@@ -150,6 +150,6 @@ def an_order_between_two_of_the_scan_is_found() -> None:
 def an_order_of_33_is_scanned_for() -> None:
     wave = {"order": 33.0, "amplitude_rad": 3e-4, "phase_rad": 0.4}
     given = problem(measured([{"effect": "gear_harmonic", "owner": "joint2", "parameters": wave}], rows=90))
-    with mock.patch.object(rules, "FINEST_WAVE", 1.0):
+    with mock.patch.object(periodic, "FINEST_WAVE", 1.0):
         found = periodic.scan(Search(given).start)
     assert "gear_harmonic@joint2:order=33" in [repr(n) for n in found]

@@ -8,10 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal.calibration.pose_folds import along_a_path
-from fastcal.diagnosis import diagnose, noise, robust_rows, rules
+from fastcal.diagnosis import diagnose, memory, noise, robust_rows
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.memory import memory
 from fastcal.diagnosis.noise import RichFit
 from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.slow_motion import SlowMotion, slow_motions
@@ -111,17 +110,17 @@ def rows_err_alike_where_chance_makes_them_so_in_one_of_a_hundred() -> None:
     problem = SimpleNamespace(data=Dataset.from_arrays(np.zeros((320, 1))), rows=np.arange(320))
     for slow, has_memory in ((40, False), (160, True)):  # 1 and 4 standard deviations
         r = np.r_[np.tile([1.0, 1, 1, 1, -1, -1, -1, -1], slow // 8), np.tile([1.0, 1, -1, -1], (320 - slow) // 4)]
-        assert (memory(problem, np.ones((320, 1)), r, np.arange(320), NONE) > 0) == has_memory
+        assert (memory.memory(problem, np.ones((320, 1)), r, np.arange(320), NONE) > 0) == has_memory
 
 
 @falls_with(NEAR_STEPS=0.0)
 @falls_with(NEAR_STEPS=10.0)
 def poses_along_a_path_are_told_from_poses_in_any_order() -> None:
     q = np.random.default_rng(6).uniform(-1, 1, (200, 6))
-    assert not along_a_path(Dataset.from_arrays(q), rules.NEAR_STEPS)
+    assert not along_a_path(Dataset.from_arrays(q), memory.NEAR_STEPS)
     path = np.linspace(0, 1, 200)[:, np.newaxis] * np.array([1.0, 0.3, 0.0])
-    assert along_a_path(Dataset.from_arrays(path), rules.NEAR_STEPS)
-    assert not along_a_path(Dataset.from_arrays(np.zeros((20, 2))), rules.NEAR_STEPS)
+    assert along_a_path(Dataset.from_arrays(path), memory.NEAR_STEPS)
+    assert not along_a_path(Dataset.from_arrays(np.zeros((20, 2))), memory.NEAR_STEPS)
 
 
 def small_set(error: np.ndarray) -> Dataset:

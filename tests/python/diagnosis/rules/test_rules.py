@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Every rule of the diagnosis is held: some check falls when it is turned off or pushed hard."""
 
+import sys
+from types import ModuleType
+
 import pytest
 
 from fastcal.diagnosis import rules
@@ -31,14 +34,23 @@ def test_the_rules_hold(check: Check) -> None:
     check()
 
 
+def home(name: str) -> ModuleType:
+    """The module that has this number: the rules, or the one whose formula it stands beside."""
+    if hasattr(rules, name):
+        return rules
+    (found,) = (m for key, m in sys.modules.items() if key.startswith("fastcal.diagnosis.") and hasattr(m, name))
+    return found
+
+
 @pytest.mark.parametrize(("rule", "value", "check"), MUTANTS, ids=lambda x: x.__name__ if callable(x) else str(x)[:16])
 def test_a_mutant_falls(rule: str, value: object, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert getattr(rules, rule) != value
-    monkeypatch.setattr(rules, rule, value)
+    module = home(rule)
+    assert getattr(module, rule) != value
+    monkeypatch.setattr(module, rule, value)
     with pytest.raises(AssertionError):
         check()
 
 
 def test_every_rule_has_a_mutant() -> None:
     named = {rule for rule in vars(rules) if rule.isupper()}
-    assert {rule for rule, _, _ in MUTANTS} == named
+    assert named - {rule for rule, _, _ in MUTANTS} == set()
