@@ -21,7 +21,7 @@ that are moved along it are told apart as far as the directions that the rod tak
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +43,8 @@ FloatArray = NDArray[np.float64]
 _SPREADS = np.geomspace(1e-3, 30.0, 61)  # s over which the likelihood is looked at [plausible sizes]
 _WIDTHS = np.geomspace(0.05, 100.0, 41)  # w
 _ROUNDING = 1e-9  # of the largest singular value
+_ROUNDS, _WIDE = 6, 3.0  # of linearizing; plausible sizes
+_FITS = 1.5  # standard deviations that may be left of a number: beyond, rows and geometry do not belong together
 _JOINT = "joint"
 
 
@@ -131,6 +133,9 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
         return None
     known, size = _sizes(at)
     causes = _causes(known)
+    at = at if _fits(at) else _near_the_file(at, size)
+    if not _fits(at):
+        return None
     F, Z, y, row = _at_the_file(at, size)
     whole = _Rows.of(F, Z, y)
     gains = np.array([whole.gain(cause) for cause in causes])
@@ -161,6 +166,30 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
         stability,
         limits,
     )
+
+
+def _fits(at: Fit) -> bool:
+    """Is what is left of the measured numbers about their noise?"""
+    _, left, row = at.standardized
+    return bool(np.mean(left[row >= 0] ** 2) < _FITS**2)
+
+
+def _near_the_file(at: Fit, size: FloatArray) -> Fit:
+    """The fit linearized where geometry is likeliest with errors of a few plausible sizes, by steps from the file.
+
+    A fit that holds nothing may lie far out along what the rows do not show, where they bend.
+    """
+    is_inner, free = np.isfinite(size), np.array(at.free)
+    theta = at.theta.copy()
+    theta[: at.problem.own] = at.centre[: at.problem.own]
+    for _ in range(_ROUNDS):
+        at = replace(at, theta=theta, near=at.problem.linearized(at.model, at.samples, theta), squares=None)
+        F, Z, y, _ = _at_the_file(at, size)
+        found = _by_rows(F, Z * _WIDE, y)
+        theta = theta.copy()
+        theta[free[~is_inner]] += found[: F.shape[1]]
+        theta[free[is_inner]] = at.centre[free[is_inner]] + found[F.shape[1] :] * _WIDE * size[is_inner]
+    return replace(at, theta=theta, near=at.problem.linearized(at.model, at.samples, theta), squares=None)
 
 
 def _sizes(at: Fit) -> tuple[list[_core.Parameter], FloatArray]:
@@ -229,8 +258,12 @@ def _held_out(
 
 def _left(F: FloatArray, Z: FloatArray, y: FloatArray, held: NDArray[np.bool_]) -> float:
     """Mean square of held-out numbers (their noise is 1) by the other ones, d ~ N(0, 1)."""
-    columns = np.hstack([F, Z])
-    prior = np.hstack([np.zeros((Z.shape[1], F.shape[1])), np.eye(Z.shape[1])])
-    A = np.vstack([columns[~held], prior])
-    found = np.linalg.lstsq(A, np.concatenate([y[~held], np.zeros(len(prior))]), rcond=None)[0]
-    return float(np.mean((y[held] - columns[held] @ found) ** 2))
+    found = _by_rows(F[~held], Z[~held], y[~held])
+    return float(np.mean((y[held] - np.hstack([F, Z])[held] @ found) ** 2))
+
+
+def _by_rows(F: FloatArray, Z: FloatArray, y: FloatArray) -> FloatArray:
+    """B and d of the rows, d ~ N(0, 1)."""
+    known = np.hstack([np.zeros((Z.shape[1], F.shape[1])), np.eye(Z.shape[1])])
+    A = np.vstack([np.hstack([F, Z]), known])
+    return np.asarray(np.linalg.lstsq(A, np.concatenate([y, np.zeros(len(known))]), rcond=None)[0])

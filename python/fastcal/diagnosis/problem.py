@@ -283,7 +283,13 @@ def with_nuisances(entries: Sequence[Spec], robot: Robot) -> list[Spec]:
     ]
     if without_masses(robot):
         yielding = dict.fromkeys(e["owner"] for e in entries if traits[e["effect"]].depends_on == ("torque",))
-        nuisances += [(effect, owner) for effect in traits if traits[effect].without_masses for owner in yielding]
+        nuisances += [
+            (effect, owner)
+            for effect in traits
+            if traits[effect].without_masses
+            for owner in yielding
+            if owner in effect_owners(effect, robot.core)
+        ]
     held = [{"effect": e, "owner": o, "prior": "yes"} for e, o in nuisances if (e, o) not in there]
     return out + [with_reference(entry, robot) for entry in held]
 

@@ -80,6 +80,8 @@ def _acts_beside_others(name: str, core: _core.RobotModel, owner: str) -> bool:
 
     Of a joint or link that does not carry the tool only the weight counts.
     """
+    if _core_traits(name).without_masses:
+        return False  # what hangs beyond a joint is told from a chain alone
     shows_by_weight = len(core.home) or _core_traits(name).role == "nuisance"
     if not shows_by_weight and not all(_moves_tool(core, part) for part in owner.split("<-")):
         return False

@@ -15,6 +15,7 @@ import pinocchio
 import pytest
 
 from fastcal import calibrate, diagnose, load_measurements, load_robot, perturbed, predict, random_poses, simulate
+from fastcal.diagnosis.problem import with_nuisances
 from fastcal.effects.entries import effect_owners
 from fastcal.errors import ParseError
 from fastcal.io.measurements_out import write_measurements
@@ -183,3 +184,12 @@ def test_a_file_without_columns_of_the_other_arm_is_read_and_says_so(tmp_path: P
     (tmp_path / "none.csv").write_text("\n".join(",".join(line[k] for k in kept) for line in lines) + "\n")
     with pytest.raises(ParseError, match="joint 12 has no column"):
         load_measurements(tmp_path / "none.csv", torso())
+
+
+def test_a_robot_without_masses_whose_joint_yields_is_diagnosed_beside_other_branches() -> None:
+    light = deepcopy(torso().spec)
+    for joint_of in light["joints"]:
+        joint_of.pop("link")
+    assert effect_owners("gravity_sag", load_robot(light).core) == []
+    entry = {"effect": "joint_compliance", "owner": "joint13"}
+    assert with_nuisances([entry], load_robot(light)) == [entry]
