@@ -42,6 +42,7 @@ GROUPS = {
         "train": "train:train",
         "drop": "drop:drop",
         "compliance": "compliance:compliance",
+        "zeros": "zeros:zeros",
     },
     "Plan": {
         "design": "design:design",
