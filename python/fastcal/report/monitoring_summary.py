@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from fastcal.measurements.kinds import POINTS, Kind, KindNoise
 from fastcal.monitoring import words
-from fastcal.monitoring.arms import STATES, ArmChecks
+from fastcal.monitoring.arms import STATES, ArmCheck, ArmChecks
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
@@ -15,6 +15,7 @@ from fastcal.report.arms_report import arm_sentence
 from fastcal.report.check_report import check_act, check_reasons, check_sentence
 from fastcal.report.formatting import sized
 from fastcal.report.language import _ as translated
+from fastcal.report.language import language
 from fastcal.report.summaries import headline, summary
 from fastcal.said import said
 
@@ -36,8 +37,8 @@ def _(found: CheckResult) -> str:
 
 @summary.register
 def _(found: CheckResult) -> list[str]:
-    told = [*check_reasons(found), *filter(None, [check_act(found)])]
-    lines = [f"{found.model.name}: {check_sentence(found)}", *told]
+    sentence, reasons, act = _told(found)
+    lines = [f"{found.model.name}: {sentence}", *reasons, *filter(None, [act])]
     if found.blind:
         names = ", ".join(words.spoken(label, translated) for label in found.blind)
         lines.append(translated("not visible in any pose once the instrument is set up again: {names}", names=names))
@@ -52,6 +53,17 @@ def _(found: CheckResult) -> list[str]:
     return lines
 
 
+def _told(found: CheckResult) -> tuple[str, list[str], str]:
+    """The verdict, the evidence and what to do: in English as files have them, else in the language of the page."""
+    if language.get() == "en":
+        return found.sentence, list(found.reasons), found.next_act
+    return check_sentence(found), check_reasons(found), check_act(found)
+
+
+def _of_arm(arm: ArmCheck) -> str:
+    return arm.sentence if language.get() == "en" else arm_sentence(arm)
+
+
 @headline.register
 def _(found: ArmChecks) -> str:
     counts = {state: len(found.of(state)) for state in STATES}
@@ -64,7 +76,7 @@ def _(found: ArmChecks) -> list[str]:
     asking = [arm for arm in found.arms if arm.state != "holds"]
     return [
         headline(found),
-        *(f"{arm.name}: {translated(_STATES[arm.state])}: {arm_sentence(arm)}" for arm in asking),
+        *(f"{arm.name}: {translated(_STATES[arm.state])}: {_of_arm(arm)}" for arm in asking),
     ]
 
 
@@ -82,7 +94,7 @@ def _(found: UpdateResult) -> list[str]:
         if found.status == "converged"
         else translated("not converged on {count} poses", count=poses)
     )
-    lines = [f"{found.model.name}: {done}", translated("before: {sentence}", sentence=check_sentence(found.before))]
+    lines = [f"{found.model.name}: {done}", translated("before: {sentence}", sentence=_told(found.before)[0])]
     for kind, before, after in found.errors:
         lines.append(
             translated(

@@ -43,8 +43,9 @@ def test_the_demonstration_says_that_it_simulates_and_ends_with_its_report(tmp_p
     assert HEAD in (out / "robot.yaml").read_text()
     assert {path.name for path in out.iterdir()} == {
         *("robot.yaml", "measurements.csv", "test.csv"),
-        *("model.yaml", "result.json", "report.html"),
+        *("model.yaml", "result.json", "report.html", "diagnosis"),
     }
+    assert "imulated" in (out / "diagnosis" / "report.html").read_text()
 
 
 def test_the_demonstration_replaces_an_older_one(demo, tmp_path, fastcal) -> None:
