@@ -49,6 +49,7 @@ FIGURES: tuple[Callable[[], Figure], ...] = (
     load.link_com,
     scanned.tool_step,
     scanned.zero_step,
+    scanned.posture_backlash,
     scanned.range_step,
     scanned.range_wave,
     scanned.thermal_spring,
