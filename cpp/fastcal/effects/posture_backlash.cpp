@@ -20,8 +20,8 @@ class PostureBacklash : public LinearEffect {
     check_options("posture_backlash", options, {"at"});
     std::tie(joint_, decides_) = joint_pair("posture_backlash", owner, robot.joint_count());
     const bool turns = types_[static_cast<std::size_t>(joint_)] == JointType::kRevolute;
-    parameters_ = {{owner, "gap", turns ? "rad" : "m", turns ? 3e-4 : 1e-4,
-                    "distance between the flanks, at the joint"}};
+    parameters_ = {
+        {owner, "gap", turns ? "rad" : "m", turns ? 3e-4 : 1e-4, "distance between the flanks, at the joint"}};
   }
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }
