@@ -90,7 +90,7 @@ def networks(
             }
             for name, (of, _, rows) in others.items()
         },
-        "places": {"x_mm": _column(learnt, 0), "error_mm": sizes(before["learnt"])[:SHOWN]},
+        "places": {"x_mm": _column(learnt, 0), "y_mm": _column(learnt, 1), "error_mm": sizes(before["learnt"])[:SHOWN]},
         "loads": {f"{data.payload[0]} kg": _any_load(model, data, experts, stiff) for data in heavy},
     }
 

@@ -24,12 +24,10 @@ from fastcal.networks.problem import Problem
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import lengths_mm
 from fastcal_studies.simulated import FloatArray, left
+from fastcal_studies.staubli_rx160l_tables import RATES
 
-RATE = 1e-2
-GD_RATE = 0.3  # of 0.03, 0.1, 0.3 and 1 the one that leaves least of the rows learnt of the first arm
 LOOK = 20  # epochs between two looks at a training
 PLAIN = {"bp2": Architecture.plain((20,)), "bp5": Architecture.plain((20,) * 4)}
-RULES = {"adam": RATE, "sgd": GD_RATE}
 Curves = dict[str, dict[str, float]]  # mean error [mm] by epochs, of each network
 
 
@@ -85,7 +83,7 @@ def deep(
 
 def plain(problem: Problem, options: Options, watched: tuple[Robot, Dataset]) -> tuple[dict[str, AxisNetworks], Curves]:
     """The plain networks by gradient descent and by Adam, trained as one population, and their curves."""
-    named = {f"{name}_{rule}": (net, rule) for name, net in PLAIN.items() for rule in RULES}
+    named = {f"{name}_{rule}": (net, rule) for name, net in PLAIN.items() for rule in RATES}
     curves, look = _watching(watched, {name: k for k, name in enumerate(named)})
     rules = [rule for _, rule in named.values()]
     trained, _ = train_plain(
@@ -93,7 +91,7 @@ def plain(problem: Problem, options: Options, watched: tuple[Robot, Dataset]) ->
         [net for net, _ in named.values()],
         [(0, 1, 2)] * len(named),
         [np.arange(len(problem))] * len(named),
-        Schedule(EPOCHS, BATCH, rule=rules, rate=[RULES[rule] for rule in rules]),
+        Schedule(EPOCHS, BATCH, rule=rules, rate=[RATES[rule] for rule in rules]),
         options,
         seeds=options.seeds(1) * len(named),
         watch=look,
