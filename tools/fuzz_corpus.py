@@ -64,6 +64,19 @@ def read_robot(path: Path) -> None:
         raise AssertionError("a number that is none was written")
 
 
+def read_mechanism(path: Path) -> None:
+    """A robot with loops, of which a robot file beside it names motors and tool."""
+    wrapper = path.with_name("wrapper.yaml")
+    wrapper.write_text(f"kinematics: urdf\nurdf: {path.name}\ntip_link: tool\nmotors: [left, right]\n")
+    read_looped(wrapper)
+
+
+def read_looped(path: Path) -> None:
+    """A robot file with loops and where they close."""
+    robot = load_robot(path)
+    finite(robot.assemble(np.array(robot.core.home)).q)
+
+
 def numbers(tree: Any) -> list[float]:
     """The numbers of a YAML tree; what a text holds, such as that of a URDF, is the user's."""
     if isinstance(tree, dict):
@@ -221,6 +234,7 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
     kinematics = {
         link: dict(zip(("x", "y", "z", "roll", "pitch", "yaw"), UR5[k], strict=True)) for k, link in enumerate(LINKS)
     }
+    (folder / "parallelogram.urdf").write_text(PARALLELOGRAM)
     (folder / "ur.yaml").write_text(yaml.safe_dump({"kinematics": kinematics | {"hash": "calib_1"}}, sort_keys=False))
     plan = (
         "pose,direction,cycle,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg,approach1,target_x_mm,target_y_mm\n"
@@ -274,6 +288,9 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
         "UR kinematics": (".yaml", (folder / "ur.yaml").read_bytes(), read_robot, damaged),
         "UR calibration": (".conf", UR_CALIBRATION.encode(), read_deltas, damaged),
         "robot, xacro": (".xacro", XACRO.encode(), read_robot, damaged),
+        "robot, MJCF": (".xml", MJCF.encode(), read_mechanism, damaged),
+        "robot, SDF": (".sdf", SDF.encode(), read_mechanism, damaged),
+        "robot, loops of a URDF": (".yaml", LOOPS.encode(), read_looped, damaged),
         "budget": (".yaml", BUDGET.encode(), read_budget, damaged),
         "acceptance plan": (".csv", plan.encode(), read_plan, damaged),
         "check": (".json", json.dumps(CHECK).encode(), read_check, damaged),
@@ -336,6 +353,50 @@ XACRO = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:if value="true"><xacro:joint n="3" below="b" above="c" z="0.2"/></xacro:if>
 </robot>
 """
+MJCF = """<mujoco model="square"><compiler angle="degree"/><default><joint axis="0 1 0" range="-80 80"/></default>
+  <worldbody><frame pos="0 0 0.1">
+    <body name="a" euler="0 0 0"><joint name="left"/><inertial mass="1" pos="0 0 0.1"/>
+      <body name="bar" pos="0 0 0.3"><joint name="elbow"/><site name="end" pos="0.2 0 0" quat="1 0 0 0"/>
+        <body name="arm" pos="0.2 0 0"><joint name="right"/><site name="tool" pos="0.1 0 0.02" zaxis="0 0 1"/></body>
+      </body></body>
+    <body name="b" pos="0.2 0 0"><joint name="rod" limited="false"/></body></frame></worldbody>
+  <equality><connect body1="b" body2="bar" anchor="0 0 0.3"/></equality>
+  <actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>
+"""
+SDF = """<sdf version="1.9"><model name="square"><link name="base"/><link name="a"><pose>0 0 0.1 0 0 0</pose>
+  <inertial><mass>2</mass><pose>0 0 0.1 0 0 0</pose></inertial></link>
+  <link name="bar"><pose relative_to="a">0 0 0.3 0 0 0</pose></link><link name="b"><pose>0.2 0 0.1 0 0 0</pose></link>
+  <link name="arm"><pose relative_to="bar">0.2 0 0 0 0 0</pose></link>
+  <frame name="tool" attached_to="arm"><pose degrees="true">0.1 0 0 0 0 10</pose></frame>
+  <joint name="left" type="revolute"><parent>base</parent><child>a</child><axis><xyz>0 1 0</xyz></axis></joint>
+  <joint name="elbow" type="revolute"><parent>a</parent><child>bar</child><axis><xyz>0 1 0</xyz></axis></joint>
+  <joint name="rod" type="revolute"><parent>base</parent><child>b</child><axis><xyz>0 1 0</xyz></axis></joint>
+  <joint name="pin" type="revolute"><pose>0.2 0 0 0 0 0</pose><parent>b</parent><child>bar</child>
+    <axis><xyz expressed_in="base">0 1 0</xyz></axis></joint>
+  <joint name="right" type="revolute"><parent>bar</parent><child>arm</child><axis><xyz>0 1 0</xyz>
+    <limit><lower>-1.5</lower><upper>1.5</upper></limit></axis></joint></model></sdf>
+"""
+PARALLELOGRAM = """<robot name="square"><link name="base"/><link name="a"/><link name="bar"/><link name="b"/>
+  <link name="tool"/>
+  <joint name="left" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/>
+    <limit lower="-1.4" upper="1.4"/></joint>
+  <joint name="elbow" type="revolute"><parent link="a"/><child link="bar"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/>
+    <limit lower="-1.4" upper="1.4"/></joint>
+  <joint name="right" type="revolute"><parent link="bar"/><child link="tool"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-1.4" upper="1.4"/></joint>
+  <joint name="rod" type="revolute"><parent link="base"/><child link="b"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-1.4" upper="1.4"/></joint>
+</robot>
+"""
+LOOPS = """name: square
+kinematics: urdf
+urdf: parallelogram.urdf
+tip_link: tool
+motors: [left, right]
+start_deg: {left: 5, elbow: -5}
+loops:
+  - {name: pin, from: b, to: bar, from_xyz_mm: [0, 0, 300], to_xyz_mm: [200, 0, 0], fixed: [x, z]}
+"""
 URDF_1_1 = """<?xml version="1.0" encoding="cp932"?>
 <robot name="腕" version="1.1"><link name="base"/><link name="a"/><link name="b"/>
   <joint name="j1" type="revolute"><origin xyz="0 0 0.2" quat_xyzw="0 0 0.3826834 0.9238795"/><parent link="base"/>
@@ -390,6 +451,7 @@ NAMES = [
     *("instruments", "network", "result"),
     *("export, table", "export, xlsx", "export, formulas", "export, labels", "export, on its side", "export, cp932"),
     *("export, report", "export, ROS", "export, ROS bag", "map"),
+    *("robot, MJCF", "robot, SDF", "robot, loops of a URDF"),
     *("UR kinematics", "UR calibration", "robot, xacro", "budget", "acceptance plan", "check", "list of arms"),
     *("cell with a camera", "corners", "cell of two arms", "readings of a cell", "rows that come"),
     *("program, .mod", "program, .src", "program, .ls", "program, .script"),

@@ -43,8 +43,10 @@ std::shared_ptr<const Effect> make_effect(const std::string& name, const RobotMo
                                           const Options& options) {
   FASTCAL_CHECK(robot.tree().is_arm()) << "effect " << name << " acts on one arm, got a tree of frames";
   std::shared_ptr<const Effect> effect = effect_entry(name).make(robot, owner, options);
+  FASTCAL_CHECK(robot.description().passive.empty() || !effect->is_weight())
+      << "effect " << name << " is of an arm without closed loops";
   const bool is_plain = robot.tree().is_serial() && robot.description().passive.empty();
-  FASTCAL_CHECK(is_plain || !(effect->is_weight() || name == "gravity_sag"))
+  FASTCAL_CHECK(is_plain || name != "gravity_sag")
       << "effect " << name << " is of an arm without branches and closed loops";
   return effect;
 }

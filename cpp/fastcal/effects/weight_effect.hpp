@@ -47,11 +47,12 @@ class WeightEffect : public Effect {
 
  protected:
   /// Parameter `k` makes `mass` [kg] more with first moment `moment` [kg m] (axes of the measuring frame, about its
-  /// origin) hang beyond the joints 0 ... last.
+  /// origin) hang beyond joint `last` and all joints that carry it.
   void push_weight(const State& state, int last, int k, double mass, const Eigen::Vector3d& moment,
                    TwistColumns& columns) const {
     const Eigen::Map<const Eigen::Vector3d> gravity(state.gravity);
     for (int j = 0; j <= last; ++j) {
+      if (!state.chain->tree->carries(joint_frame(j), joint_frame(last))) continue;  // of another branch
       const Pose& joint = state.frames[joint_frame(j)];
       const bool revolute = types_[static_cast<std::size_t>(j)] == JointType::kRevolute;
       const Eigen::Vector3d axis = joint.R.col(2);

@@ -150,7 +150,7 @@ def calibrate_cell(
         nominal=before,
         status=found.status,
         message=found.message,
-        parameters=_parameter_table(found, np.asarray(start.model.start)),
+        parameters=parameter_table(found, np.asarray(start.model.start)),
         unidentifiable=[
             Unidentifiable(text, [names[i] for i in parts])
             for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
@@ -218,7 +218,7 @@ def _numbers_of(cell: Cell, readings: Readings) -> int:
     return out
 
 
-def _parameter_table(found: _core.Identification, nominal: FloatArray) -> list[IdentifiedParameter]:
+def parameter_table(found: _core.Identification, nominal: FloatArray) -> list[IdentifiedParameter]:
     """Identified numbers in edge units; those of cameras and boards are changes of what the file has."""
     nominal = np.append(nominal, np.zeros(len(found.theta) - len(nominal)))
     theta, deviations = np.asarray(found.theta), np.sqrt(np.diag(found.covariance))

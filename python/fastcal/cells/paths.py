@@ -25,6 +25,7 @@ from fastcal.place import Place, joint_position, place_of
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Spec
 
+_NOUNS = {"joint": "joint", "link": "link", "Gelenk": "joint", "Glied": "link"}  # as pages say them
 _OF_THE_LAST = ("robot", "payload", "structure")  # owners that are the arm's that carries the target
 
 
@@ -78,12 +79,13 @@ class Way:
         return own.get(name, name)
 
     def words(self, text: str) -> str:
-        """A sentence or label of `robot` with the cell's names: "joint5 zero" is "left.joint3 zero"."""
+        """A sentence or label of `robot` with the cell's names: "joint5 zero" is "left.joint3 zero"; German too."""
 
         def named(found: re.Match[str]) -> str:
-            return self.owner(found[1] + found[2]) if int(found[2]) <= len(self.joints) else found[0]
+            kind = _NOUNS[found[1]]
+            return self.owner(f"{kind}{found[2]}") if int(found[2]) <= len(self.joints) else found[0]
 
-        return re.sub(r"\b(joint|link)[ \N{NO-BREAK SPACE}]?(\d+)\b", named, text)
+        return re.sub(rf"\b({'|'.join(_NOUNS)})[ \N{{NO-BREAK SPACE}}]?(\d+)\b", named, text)
 
     def rows(self, cell: Cell, readings: Readings) -> Dataset:
         """The postures of a cell as the way's own: its joints, and what was read of its target."""

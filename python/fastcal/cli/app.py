@@ -47,6 +47,7 @@ GROUPS = {
         "template": "imports:template",
         "import": "imports:import_",
         "detect": "detect:detect",
+        "place": "place:place",
     },
     "Use": {
         "compensate": "compensate:compensate",

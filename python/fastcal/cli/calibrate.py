@@ -110,11 +110,11 @@ def calibrate(
             "--choose": (choose, None),
             "--limit-mm": (limit_mm, None),
             "--tracker": (tracker, None),
-            "--page-language": (page_language, "en"),
             **not_given(who),
         }
+        both = (corners, test_corners)
         calibrate_cell(
-            robot, data, output, test, (corners, test_corners), mend, loss, threads, only_of_arms, hand_eye or []
+            robot, data, output, test, both, mend, loss, threads, only_of_arms, hand_eye or [], page_language
         )
         return
     _check_options(limit_mm, choose, least_squares=method == "nls" and solver == "newton" and not priors)

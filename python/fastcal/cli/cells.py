@@ -27,6 +27,7 @@ def calibrate_cell(
     threads: int,
     given: Mapping[str, Any],
     hand_eye: list[Path],
+    language: str,
 ) -> None:
     """Identifies all arms of a cell and where its members stand.
 
@@ -43,7 +44,7 @@ def calibrate_cell(
 
     check_folder(output, CALIBRATION_FILES)
     check_hand_eyes(hand_eye)
-    _refuse(given)
+    refuse(given)
     nominal = load_cell(cell)
     if hand_eye:
         cell_hand_eyes(nominal)  # says so where there is no sensor
@@ -52,7 +53,7 @@ def calibrate_cell(
     with progress() as show:
         found = calibrated(nominal, readings, test=other, mend=mend, loss=loss, threads=threads, progress=show)
         show("writing the report")
-        write_cell_calibration(found, output)
+        write_cell_calibration(found, output, language=language)
     warn([*found.notes, *([found.held] if found.held else [])])
     say(
         f"{found.status.replace('_', ' ')}: {len(found.parameters)} parameters of "
@@ -80,6 +81,7 @@ def diagnose_cell(
     sigma: float | None,
     as_read: bool,
     threads: int,
+    language: str,
     given: Mapping[str, Any],
 ) -> None:
     """Finds what the arms of a cell are missing.
@@ -96,7 +98,7 @@ def diagnose_cell(
     from fastcal.report.cell_report import DIAGNOSIS_FILES, write_cell_diagnosis
 
     check_folder(output, DIAGNOSIS_FILES)
-    _refuse(given)
+    refuse(given)
     nominal = load_cell(cell)
     readings = load_readings(_one(data), nominal)
     ways = ways_of(nominal, readings.views)
@@ -114,7 +116,7 @@ def diagnose_cell(
             progress=show,
         )
         show("writing the report")
-        write_cell_diagnosis(found, output)
+        write_cell_diagnosis(found, output, language=language)
     warn([*readings.notes, *found.notes])
     say(f"{nominal.name}: {found.verdict.replace('_', ' ')}")
     say(found.sentence)
@@ -138,6 +140,7 @@ def check_cell(
     tolerance: float | None,
     as_read: bool,
     threads: int,
+    language: str,
     given: Mapping[str, Any],
 ) -> None:
     """Holds a cell against new postures; `given`: as for `calibrate_cell`."""
@@ -148,7 +151,7 @@ def check_cell(
     from fastcal.io.way_readings import way_datasets
     from fastcal.report.cell_check_report import write_cell_check
 
-    _refuse(given)
+    refuse(given)
     cell = load_cell(model)
     readings = load_readings(_one(data), cell)
     ways = ways_of(cell, readings.views)
@@ -158,7 +161,7 @@ def check_cell(
         pairs = list(zip(ways, rows, strict=True))
         found = checked(cell, pairs, tolerance=tolerance, as_read=as_read, threads=threads)
     if output is not None:
-        write_cell_check(found, output)
+        write_cell_check(found, output, language=language)
     warn([*readings.notes, *(f"{each.way.name}: {note}" for each in found.ways for note in each.found.notes)])
     say(found.sentence)
     for each in found.ways:
@@ -217,7 +220,8 @@ def not_given(who: Mapping[str, str | None] | None) -> dict[str, tuple[Any, Any]
     return {f"--{name}": (text, None) for name, text in (who or {}).items()}
 
 
-def _refuse(given: Mapping[str, Any]) -> None:
+def refuse(given: Mapping[str, Any]) -> None:
+    """InvalidInput where an option of one arm was given."""
     from fastcal.errors import InvalidInput
 
     for option, (value, default) in given.items():

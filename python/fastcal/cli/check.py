@@ -83,10 +83,9 @@ def check(
             "--files": (files, None),
             "--corners": (corners, None),
             "--tracker": (tracker, None),
-            "--page-language": (page_language, "en"),
             **not_given(who),
         }
-        check_cell(model, data or [], output, tolerance, as_read, threads, only_of_arms)
+        check_cell(model, data or [], output, tolerance, as_read, threads, page_language, only_of_arms)
         return
     if Path(model).is_dir():
         _refuse_of_one_arm(model, data, plan, tracker)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import BesideLanguage, DwellS, OutFile, RobotFile, Seed, SpeedPercent, Threads
+from fastcal.cli.options import BesideLanguage, DwellS, OutFile, RobotFile, Seed, SpeedPercent, Threads, Views, no_views
 
 if TYPE_CHECKING:
     from fastcal.design import PoseDesign
@@ -69,6 +69,7 @@ def design(
     ] = "grid",
     candidate_count: Annotated[int, typer.Option(min=2, help="Candidates at most.")] = 80_000,
     restarts: Annotated[int, typer.Option(min=0, help="Further searches from random designs.")] = 0,
+    views: Views = "",
     language: BesideLanguage = None,
     dwell_s: DwellS = 3.0,
     speed_percent: SpeedPercent = 20.0,
@@ -86,9 +87,32 @@ def design(
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.surroundings_file import load_surroundings
+    from fastcal.io.tree_file import is_cell
     from fastcal.robot.rig import has_rig
     from fastcal.units import from_si, to_si
 
+    if is_cell(robot):
+        from fastcal.cli.cell_uses import design_cell
+
+        chosen = {"restarts": restarts, "seed": seed, "threads": threads}
+        of_one_arm = {
+            "--effects": (effects, "geometry"),
+            "--criterion": (criterion, None),
+            "--targets": (targets, None),
+            "--separate": (separate, None),
+            "--surroundings": (surroundings, None),
+            "--instruments": (instruments, None),
+            "--payload-kg": (payload_kg, "0"),
+            "--corners": (corners, None),
+            "--sigma-px": (sigma_px, None),
+            "--focus-mm": (focus_mm, None),
+            "--measured": (measured, None),
+            "--until-sigma-mm": (until_sigma_mm, None),
+            "--language": (language, None),
+        }
+        design_cell(robot, output, count, views, (sigma_mm, sigma_rot_deg), chosen, of_one_arm)
+        return
+    no_views(views)
     arm = load_robot(robot)
     place = program_beside(output, arm, language)
     around = None if surroundings is None else load_surroundings(surroundings)

@@ -71,7 +71,7 @@ def diagnose(
             "--tracker": (tracker, None),
             **not_given(who),
         }
-        diagnose_cell(robot, data, output, test, exclude or [], sigma, as_read, threads, only_of_arms)
+        diagnose_cell(robot, data, output, test, exclude or [], sigma, as_read, threads, page_language, only_of_arms)
         return
     check_folder(output, FILES)
     nominal = load_robot(robot)

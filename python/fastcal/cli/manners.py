@@ -53,6 +53,10 @@ EXAMPLES = {
     "convert": ("fastcal convert ur5 --to urdf -o ur5.urdf",),
     "import": ("fastcal import tracker.csv --robot robot.yaml --joints joints.log -o measurements.csv",),
     "detect": ("fastcal detect pictures --cell cell.yaml --joints poses.csv -o corners.csv",),
+    "place": (
+        "fastcal place robot.yaml touches.csv --what tool -o with_tool.yaml",
+        "fastcal place cell.yaml turns.csv --what axis --name table -o placed_cell.yaml",
+    ),
     "template": ("fastcal template ur5 -o measurements.xlsx",),
     "robots": ("fastcal robots", "fastcal robots --json"),
     "effects": ("fastcal effects",),

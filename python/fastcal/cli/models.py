@@ -29,8 +29,14 @@ def predict(
     from fastcal.importers import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tables import write_csv
+    from fastcal.io.tree_file import is_cell
     from fastcal.units import from_si
 
+    if is_cell(model):
+        from fastcal.cli.cell_uses import predict_cell
+
+        predict_cell(model, data, output, threads)
+        return
     robot = load_robot(model)
     poses = load_measurements(data, robot, require_measured=False)
     with progress() as show:

@@ -62,6 +62,9 @@ HandEyes = Annotated[
 ]
 OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
 Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
+Views = Annotated[
+    str, typer.Option(metavar="LIST", help="In a cell of several arms: what is read, TARGET or TARGET:SENSOR.")
+]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same numbers.")]
 BesideLanguage = Annotated[
     Literal["rapid", "krl", "fanuc", "urscript", "none"] | None,
@@ -87,6 +90,14 @@ def left_out_geometry(effects: str) -> list[str]:
         f"--effects {effects} leaves the geometry as ROBOT has it: base, tool and these effects alone are identified; "
         f"write --effects geometry,{effects} to identify it too"
     ]
+
+
+def no_views(views: str) -> None:
+    """InvalidInput where --views was given for one arm."""
+    from fastcal.errors import InvalidInput
+
+    if views:
+        raise InvalidInput("--views is for a cell of several arms; an arm alone has one tool to read")
 
 
 def file_names(files: list[Path]) -> str:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import OutFile, RobotFile, Seed, Threads
+from fastcal.cli.options import OutFile, RobotFile, Seed, Threads, Views, no_views
 
 
 def simulate(
@@ -27,6 +27,7 @@ def simulate(
     points: Annotated[
         bool, typer.Option(help="Measure points; without them only the other observations that POSES has columns of.")
     ] = True,
+    views: Views = "",
     seed: Seed = 0,
     threads: Threads = 1,
 ) -> None:
@@ -34,6 +35,15 @@ def simulate(
 
     The robot's effects act, and noise is added as asked.
     """
+    from fastcal.io.tree_file import is_cell
+
+    if is_cell(robot):
+        from fastcal.cli.cell_uses import simulate_cell
+
+        noise = (noise_mm, noise_rot_deg, repeatability_deg)
+        simulate_cell(robot, poses, output, views, noise, seed, threads, {"--no-points": (points, True)})
+        return
+    no_views(views)
     from fastcal.calibration.simulation import simulate as simulated
     from fastcal.io.measurements import load_measurements
     from fastcal.io.measurements_out import write_measurements

@@ -103,10 +103,16 @@ def compare(
     """
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
     from fastcal.monitoring.compare import compare as compared
     from fastcal.report.monitoring_files import COMPARISON_FILES, write_comparison
     from fastcal.report.summaries import summary
 
+    if is_cell(first) and is_cell(second):
+        from fastcal.cli.cell_uses import compare_cells
+
+        compare_cells(first, second, output, page_language, threads)
+        return
     if output is not None:
         check_folder(output, COMPARISON_FILES)
     found = compared(load_robot(first), load_robot(second), threads=threads)

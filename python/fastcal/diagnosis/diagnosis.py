@@ -17,9 +17,11 @@ from fastcal.calibration.pictures import judged_pictures
 from fastcal.calibration.placed_test import placing_notes
 from fastcal.calibration.postures import check_postures, too_few_postures
 from fastcal.diagnosis import grading, rivals, rules, suspect_columns, unexplained
+from fastcal.diagnosis.branch_posture import unrecorded_branch
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.found import Found, verdict_of
 from fastcal.diagnosis.library import Library, build_library, parse_exclusions
+from fastcal.diagnosis.loop_causes import found_loop_cause
 from fastcal.diagnosis.many_rows import all_moved, searched_rows
 from fastcal.diagnosis.noise import (
     with_estimated_noise,
@@ -119,7 +121,11 @@ def diagnose(
             result = replace(result, sentence=sentence, notes=[reading.words, *result.notes])
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
-    result = _beside(of_the_rig, result)
+    of_the_file = [
+        found_loop_cause(robot, found.fit, exclude, all_found=result.unexplained is None),
+        unrecorded_branch(robot, data, found.fit, exclude),
+    ]
+    result = _beside([*of_the_rig, *filter(None, of_the_file)], result)
     alike = [ALIKE[f.effect] for f in of_the_rig if f.grade != "A" and f.effect in ALIKE]
     told = [*looked.notes, *(misfit.text for misfit in result.misfits), *suspected, *alike]
     return replace(result, notes=[*told, *unexplained_by_any, *shared, *result.notes])

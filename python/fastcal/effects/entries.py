@@ -66,21 +66,38 @@ def curve_of(place: Place) -> str:
 
 
 def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
-    """All owners that a robot has for an effect, none where closed loops rule it out; InvalidInput: not known."""
+    """All owners that a robot has for an effect, none where branches or loops rule it out; InvalidInput: not known."""
     known = registered.find(name)
     if known is not None:
         return known.owners_of(core)
     owners = list(_core.effect_owners(_known(name), core))
-    return owners if not len(core.home) else [owner for owner in owners if _acts_beside_loops(name, core, owner)]
+    is_chain = len(core.branches) <= 1 and not len(core.home)
+    return owners if is_chain else [owner for owner in owners if _acts_beside_others(name, core, owner)]
 
 
-def _acts_beside_loops(name: str, core: _core.RobotModel, owner: str) -> bool:
-    """The core refuses effects of chains alone; what else it lacks, as an option, is not asked here."""
+def _acts_beside_others(name: str, core: _core.RobotModel, owner: str) -> bool:
+    """The core refuses effects of chains alone; what else it lacks, as an option, is not asked here.
+
+    Of a joint or link that does not carry the tool only the weight counts.
+    """
+    shows_by_weight = len(core.home) or _core_traits(name).role == "nuisance"
+    if not shows_by_weight and not all(_moves_tool(core, part) for part in owner.split("<-")):
+        return False
     try:
         _core.make_effect(name, core, owner, {})
     except InvalidInput as refused:
-        return "without branches and closed loops" not in str(refused)
+        return "closed loops" not in str(refused)
     return True
+
+
+def _moves_tool(core: _core.RobotModel, owner: str) -> bool:
+    """True of all that is no joint or link beside the tool's branch."""
+    if place_of(owner).kind not in ("joint", "link") or not place_of(owner).number:
+        return True
+    frame = core.frame_count - 1
+    while frame >= 0 and core.frame_name(frame) != owner:
+        frame = core.parents[frame]
+    return bool(frame >= 0)
 
 
 @cache

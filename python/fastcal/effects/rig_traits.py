@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Causes of error in cameras and boards: no effects of an arm, and written into the cell's own numbers."""
+"""Causes of error that are no effects: numbers of the cell or robot file itself, and a posture that is not told."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from fastcal.effects.traits import Traits
 INTRINSICS, BOARD_SCALE, BOARD_BEND = "intrinsics", "board_scale", "board_bend"
 BRACKET_SAG, TIME_OFFSET, ROLLING_SHUTTER = "bracket_sag", "time_offset", "rolling_shutter"
 PLACEMENT_STEP = "placement_step"
+LOOP_LENGTH, LOOP_PIN, LOOP_TURN, LOOP_GEAR = "loop_length", "loop_pin", "loop_turn", "loop_gear"
+BRANCH_POSTURE = "branch_posture"
 
 ALIKE = {  # what a cause looks like, and when
     BOARD_SCALE: "a board that is too large looks like an arm that is too large in every length",
@@ -46,5 +48,12 @@ RIG_TRAITS = {
     ),
     PLACEMENT_STEP: Traits(
         "knocked between two rows (placement step)", place="anywhere", of_the_measurement=True, number="motion"
+    ),
+    LOOP_LENGTH: Traits("length not as the file says (loop length)", place="anywhere", number="change"),
+    LOOP_PIN: Traits("a pin not where the file says (loop pin)", place="anywhere", number="change"),
+    LOOP_TURN: Traits("a pin turned from what the file says (loop turn)", place="anywhere", number="change"),
+    LOOP_GEAR: Traits("ratio or offset not as the file says (loop gear)", place="anywhere", number="change"),
+    BRANCH_POSTURE: Traits(
+        "what else stands on it moved, its posture not in the data (branch posture)", place="anywhere", number="turn"
     ),
 }

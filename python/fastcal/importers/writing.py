@@ -31,6 +31,7 @@ class _AnyRobot:
     reach: float = float("inf")
     mimics: tuple[tuple[int, int, float, float], ...] = ()
     passive: tuple[int, ...] = ()
+    beside: tuple[int, ...] = ()
 
     @property
     def pendant(self) -> Pendant:

@@ -191,8 +191,10 @@ class Columns:
     def joints(self, robot: RobotFacts) -> FloatArray:
         """The commanded joint positions (N, n) of the chain; those of joints that others drive need no column.
 
-        They come as q1 ..., or as the controller shows them: j1 ...
+        They come as q1 ..., or as the controller shows them: j1 ... Joints that do not move the tool, as of a robot's
+        other arm, stand at 0 where they have no column.
         """
+        still = []
         driven = {mimic[0] for mimic in robot.mimics} | set(robot.passive)
         own = any(re.fullmatch(r"q\d+", name) for name in self.known)
         letter = "q" if own or not any(re.fullmatch(r"j\d+", name) for name in self.known) else "j"
@@ -200,10 +202,20 @@ class Columns:
             axis = robot.pendant.axis(place) if letter == "j" else place
             joint = place + 1 if axis is None else axis + 1
             if f"{letter}{joint}" not in self.known and place not in driven:
+                if place in robot.beside:
+                    still.append(place)
+                    continue
                 expected = would_do(f"{letter}{joint}", "angle" if joint_type == "revolute" else "length")
                 listed = _listed(self.table.names)
                 raise self.table.error(f"joint {joint} has no column; expected {expected}, got {listed}")
         q = self._positions("q", letter, robot)
+        if still:
+            q[:, still] = 0.0
+            names = ", ".join(str(joint + 1) for joint in still)
+            self.notes.append(
+                f"joints {names} have no column and are taken to stand at 0: where they moved, their weight loads the "
+                "joints that carry them in another way in each row"
+            )
         if letter == "j" and robot.pendant.is_chain:
             self.notes.append("columns j1 ... are taken as q1 ..., as the robot file has no pendant")
         if own:

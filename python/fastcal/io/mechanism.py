@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.errors import ParseError
+from fastcal.io.fields import LARGEST
 from fastcal.place import joint_name
 from fastcal.robot import se3
 from fastcal.units import from_si
@@ -40,7 +41,7 @@ class JointOf:
     parent: str
     child: str
     T_parent_joint: FloatArray
-    axis: FloatArray
+    axis: FloatArray  # of length 1
     T_joint_child: FloatArray = field(default_factory=lambda: np.eye(4))
     low: float = -np.inf
     high: float = np.inf
@@ -107,6 +108,9 @@ def mechanism_spec(of: Mechanism, motors: Iterable[str], base_link: str = "", ti
     Raises:
         ParseError: The loops or ends are not understood; one sentence.
     """
+    for what, names in (("link", of.links), ("joint", [joint.name for joint in of.joints])):
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            of.fail(f"there are two {what}s '{twice}'; give each a name of its own")
     driven = set(motors)
     if unknown := driven - {joint.name for joint in of.joints}:
         of.fail(f"there is no joint '{min(unknown)}'; there are {_listed(joint.name for joint in of.joints)}")
@@ -119,7 +123,41 @@ def mechanism_spec(of: Mechanism, motors: Iterable[str], base_link: str = "", ti
     if tip not in {base, *(joint.child for joint in tree)}:
         of.fail(f"no joints lead from '{base}' to '{tip_link}'")
     needed = _needed(of, tree, [tip, *(link for each in pins for link in each.links)], driven)
+    floating = next((joint for joint in needed if joint.kind == "free" and not pins), None)
+    if floating is not None:
+        of.fail(f"'{floating.child}' floats freely; give base_link, the link that stands still, such as that one")
     return _Writing(of, base, [joint for joint in tree if joint in needed], tip, driven).spec(T_tip, pins)
+
+
+def numbers(text: str | None, path: str, *counts: int) -> FloatArray:
+    """The numbers of an attribute or element; how many there may be.
+
+    Raises:
+        ParseError: They are none, not finite or of another count.
+    """
+    words = (text or "").split()
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError:
+        values = np.array([np.nan])
+    if len(values) not in counts or not all(abs(v) <= LARGEST for v in values):
+        expected = " or ".join(map(str, counts))
+        plural = "" if counts == (1,) else "s"
+        raise ParseError(f"expected {expected} finite number{plural}, got '{' '.join(words):.60}'", path)
+    return values
+
+
+def direction(text: str | None, path: str) -> FloatArray:
+    """A unit vector along three numbers.
+
+    Raises:
+        ParseError: They have no direction.
+    """
+    values = numbers(text, path, 3)
+    size = float(np.linalg.norm(values))
+    if size == 0:
+        raise ParseError(f"expected an axis, got '{text}'", path)
+    return np.asarray(values / size)
 
 
 def _root(of: Mechanism) -> str:
@@ -312,7 +350,7 @@ def _single(joint: JointOf) -> list[tuple[str, FloatArray]]:
         return hinges
     if joint.kind == "free":
         return [*(("prismatic", axis) for axis in _AXES), *hinges]
-    return [(joint.kind, joint.axis / np.linalg.norm(joint.axis))]
+    return [(joint.kind, joint.axis)]
 
 
 def _frame(T: FloatArray) -> Spec:

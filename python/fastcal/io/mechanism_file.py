@@ -90,16 +90,39 @@ def _parsed(text: str) -> ET.Element:
     return ET.fromstring(text.encode() if text.startswith("<?xml") else text)  # noqa: S314 - entities are refused
 
 
-def _mechanism(path: Path) -> tuple[Mechanism, list[str] | None]:
+def _root(path: Path) -> ET.Element:
     text = read_xml(path)
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ParseError("declares entities, which are not read", path)
     try:
-        root = _parsed(text)
+        return _parsed(text)
     except (ET.ParseError, LookupError, ValueError) as error:
         raise ParseError(f"is no XML: {error}", path) from None
+
+
+def _include(element: ET.Element, path: Path, seen: set[Path]) -> None:
+    """Puts what files hold in the place of MJCF's <include>; they are named from the folder of the first file."""
+    children = list(element)
+    element[:] = []
+    for child in children:
+        if child.tag != "include":
+            _include(child, path, seen)
+            element.append(child)
+            continue
+        other = path.parent / child.get("file", "")
+        if other.resolve() in seen:
+            raise ParseError(f"includes '{child.get('file', '')}' twice", path)
+        seen.add(other.resolve())
+        included = _root(other)
+        _include(included, path, seen)
+        element.extend(included)
+
+
+def _mechanism(path: Path) -> tuple[Mechanism, list[str] | None]:
+    root = _root(path)
     try:
         if root.tag == "mujoco":
+            _include(root, path, {path.resolve()})
             return read_mjcf(str(path), root)
         if root.tag == "sdf":
             return read_sdf(str(path), root), None
@@ -132,7 +155,7 @@ def _start(of: Mechanism, top: Fields) -> None:
         if not isinstance(given, dict) or not given.keys() <= joints.keys():
             top.fail(f"start_{unit}", "a position by the name of each joint", given)
         for name, value in given.items():
-            joints[name].start = float(to_si(float(value), unit))
+            joints[name].start = to_si(top.checked_number(f"start_{unit}.{name}", value), unit)
 
 
 def _add_loop(of: Mechanism, fields: Fields, usual: str) -> None:
@@ -145,7 +168,8 @@ def _add_loop(of: Mechanism, fields: Fields, usual: str) -> None:
             fields.fail("ratios", "a ratio by the name of each joint that turns another", ratios)
         unit = "mm" if kinds[driven] == "prismatic" else "deg"
         offset = to_si(fields.quantity("offset", unit, 0.0), unit)
-        of.ratios.append(Ratio(name, driven, {key: float(ratio) for key, ratio in ratios.items()}, offset))
+        checked = {key: fields.checked_number(f"ratios.{key}", ratio) for key, ratio in ratios.items()}
+        of.ratios.append(Ratio(name, driven, checked, offset))
         fields.done()
         return
     ends = [of.frame(fields.text(key)) for key in ("from", "to")]
@@ -155,7 +179,7 @@ def _add_loop(of: Mechanism, fields: Fields, usual: str) -> None:
         of.pins.append(Pins(name, links, (places[0], places[1]), length_mm=fields.quantity("length", "mm")))
     else:
         fixed = fields.take("fixed")
-        if not isinstance(fixed, list) or not fixed or not set(fixed) <= set(EVERY):
+        if not isinstance(fixed, list) or not fixed or any(each not in EVERY for each in fixed):
             fields.fail("fixed", f"a list of {', '.join(EVERY)}", fixed)
         of.pins.append(Pins(name, links, (places[0], places[1]), tuple(fixed)))
     fields.done()

@@ -7,19 +7,20 @@ Joints that an actuator moves are motors. Source: MuJoCo's XML reference, mujoco
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from fastcal import _core
-from fastcal.errors import ParseError
-from fastcal.io.mechanism import EVERY, FloatArray, JointOf, Mechanism, Pins, Ratio
+from fastcal.io.mechanism import EVERY, FloatArray, JointOf, Mechanism, Pins, Ratio, direction, numbers
 from fastcal.robot import se3
 from fastcal.units import to_si
 
 _KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "ball", "free": "free"}
-_SPINS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
+_SPINS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}  # and how many numbers each has
+_GENERATORS = ("replicate", "attach", "composite", "flexcomp")
 _WORLD = "world"
 
 
@@ -35,8 +36,6 @@ def read_mjcf(path: str, root: ET.Element) -> tuple[Mechanism, list[str]]:
 class _Model:
     def __init__(self, path: str, root: ET.Element) -> None:
         self.path, self.root = path, root
-        if root.find(".//include") is not None:
-            raise ParseError("includes other files; save it as one file first (mujoco: mj_saveLastXML)", path)
         compiler = {key: value for each in root.findall("compiler") for key, value in each.attrib.items()}
         self.per_unit = 1.0 if compiler.get("angle") == "radian" else to_si(1.0, "deg")
         self.sequence = compiler.get("eulerseq", "xyz")
@@ -63,9 +62,7 @@ class _Model:
 
     def read(self) -> tuple[Mechanism, list[str]]:
         for world in self.root.findall("worldbody"):
-            self._sites(world, _WORLD, "main")
-            for body in world.findall("body"):
-                self._body(body, _WORLD, "main")
+            self._content(world, _WORLD, "main")
         for equality in self.root.findall("equality"):
             for k, each in enumerate(equality):
                 if each.get("active", "true") == "true":
@@ -78,10 +75,33 @@ class _Model:
             motors += [joint for joint in moved if joint is not None]
         return self.of, motors
 
-    def _body(self, body: ET.Element, parent: str, inherited: str) -> None:
+    def _content(self, element: ET.Element, name: str, inherited: str) -> None:
+        """Sites and bodies on a body."""
+        inside = list(self._inside(element, inherited, np.eye(4)))
+        for child, its_class, T in inside:
+            if child.tag == "site" and child.get("name"):
+                self.of.frames[child.attrib["name"]] = name, T @ self._pose(self._with_defaults(child, its_class))
+        for child, its_class, T in inside:
+            if child.tag == "body":
+                self._body(child, name, its_class, T @ self._pose(child.attrib))
+
+    def _inside(
+        self, element: ET.Element, inherited: str, T: FloatArray
+    ) -> Iterator[tuple[ET.Element, str, FloatArray]]:
+        """Children with the class that they inherit and the place of the frames around them."""
+        for child in element:
+            if child.tag == "frame":
+                yield from self._inside(child, child.get("childclass", inherited), T @ self._pose(child.attrib))
+            elif child.tag in _GENERATORS:
+                self.of.fail(
+                    f"<{child.tag}> makes bodies, which are not read; save them first (mujoco: mj_saveLastXML)"
+                )
+            else:
+                yield child, inherited, T
+
+    def _body(self, body: ET.Element, parent: str, inherited: str, T: FloatArray) -> None:
         inherited = body.get("childclass", inherited)
         name = body.get("name") or f"body{len(self.of.links)}"
-        T = self._pose(body.attrib)
         self.places[name] = self.places[parent] @ T
         on = parent
         joints = [child for child in body if child.tag in ("joint", "freejoint")]
@@ -94,12 +114,11 @@ class _Model:
             self.of.joints.append(JointOf(f"{name}_fixed", "fixed", parent, name, T, np.array([0.0, 0.0, 1.0])))
             self.of.links.append(name)
         for inertial in body.findall("inertial"):
-            self.of.bodies[name] = float(inertial.get("mass", 0)), _numbers(inertial.get("pos", "0 0 0"))
+            mass = float(self._numbers(inertial.get("mass", "0"), 1)[0])
+            self.of.bodies[name] = mass, self._numbers(inertial.get("pos", "0 0 0"), 3)
         if body.find("inertial") is None and body.find("geom") is not None:
             self.shaped.append(name)
-        self._sites(body, name, inherited)
-        for child in body.findall("body"):
-            self._body(child, name, inherited)
+        self._content(body, name, inherited)
 
     def _joint(self, element: ET.Element, inherited: str, parent: str, child: str, T: FloatArray) -> JointOf:
         given = self._with_defaults(element, inherited)
@@ -107,23 +126,20 @@ class _Model:
         if not kind:
             self.of.fail(f"joint '{given.get('name')}' is of type {given.get('type')}, which is not understood")
         name = given.get("name") or f"{child}_joint"
-        axis = _numbers(given.get("axis", "0 0 1"))
-        anchor = se3.pose(position=_numbers(given.get("pos", "0 0 0")))
+        axis = direction(given.get("axis", "0 0 1"), self.path)
+        anchor = se3.pose(position=self._numbers(given.get("pos", "0 0 0"), 3))
         unit = self.per_unit if kind == "revolute" else 1.0
-        low, high = (unit * v for v in _numbers(given["range"])) if "range" in given else (-np.inf, np.inf)
-        ref = unit * float(given.get("ref", 0))
+        low, high = -np.inf, np.inf
+        if "range" in given and given.get("limited") != "false":
+            low, high = (unit * self._numbers(given["range"], 2)).tolist()
+        ref = unit * float(self._numbers(given.get("ref", "0"), 1)[0])
         self.refs[name] = ref
         back = np.eye(4)  # a position of `ref` is the posture that the file draws
         if kind == "revolute" and ref:
-            back[:3, :3] = _core.exp_so3(-ref * axis / np.linalg.norm(axis))
+            back[:3, :3] = _core.exp_so3(-ref * axis)
         elif kind == "prismatic":
-            back[:3, 3] = -ref * axis / np.linalg.norm(axis)
+            back[:3, 3] = -ref * axis
         return JointOf(name, kind, parent, child, T @ anchor @ back, axis, se3.inverse(anchor), low, high, start=ref)
-
-    def _sites(self, body: ET.Element, name: str, inherited: str) -> None:
-        for site in body.findall("site"):
-            if site.get("name"):
-                self.of.frames[site.attrib["name"]] = name, self._pose(self._with_defaults(site, inherited))
 
     def _equality(self, element: ET.Element, name: str) -> None:
         given = self._with_defaults(element, "main")
@@ -140,11 +156,11 @@ class _Model:
             for body in (first, second):
                 self.of.frame(body)
             relation = np.linalg.inv(self.places[first]) @ self.places[second]
-            pose = _numbers(given.get("relpose", "0 1 0 0 0 0 0"))
+            pose = self._numbers(given.get("relpose", "0 1 0 0 0 0 0"), 7)
             if element.tag == "weld" and "relpose" in given and pose[3:].any():
-                relation = se3.pose(_turn(pose[3:]), pose[:3])
+                relation = se3.pose(self._turn(pose[3:]), pose[:3])
             if element.tag == "connect":
-                anchor = se3.pose(position=_numbers(given["anchor"]))
+                anchor = se3.pose(position=self._numbers(given["anchor"], 3))
                 ends = [(first, anchor), (second, np.linalg.inv(relation) @ anchor)]
             else:
                 ends = [(first, relation), (second, np.eye(4))]
@@ -153,7 +169,9 @@ class _Model:
 
     def _coupled(self, given: dict[str, str], name: str) -> None:
         """joint1 - ref1 = a0 + a1 (joint2 - ref2)."""
-        factors = _numbers(given.get("polycoef", "0 1 0 0 0"))
+        factors = np.zeros(5)
+        found = self._numbers(given.get("polycoef", "0 1 0 0 0"), 1, 2, 3, 4, 5)
+        factors[: len(found)] = found
         if factors[2:].any():
             self.of.fail(f"equality '{name}' is a curve (polycoef), which is not understood; its loop would be lost")
         if "joint2" not in given:
@@ -163,17 +181,17 @@ class _Model:
         self.of.ratios.append(Ratio(name, driven, {driver: float(factors[1])}, float(offset)))
 
     def _pose(self, given: dict[str, str]) -> FloatArray:
-        return se3.pose(self._spin(given), _numbers(given.get("pos", "0 0 0")))
+        return se3.pose(self._spin(given), self._numbers(given.get("pos", "0 0 0"), 3))
 
     def _spin(self, given: dict[str, str]) -> FloatArray:
         key: Any = next((key for key in _SPINS if key in given), None)
         if key is None:
             return np.eye(3)
-        values = _numbers(given[key])
+        values = self._numbers(given[key], _SPINS[key])
         if key == "quat":
-            return _turn(values)
+            return self._turn(values)
         if key == "axisangle":
-            return np.asarray(_core.exp_so3(self.per_unit * values[3] * values[:3] / np.linalg.norm(values[:3])))
+            return np.asarray(_core.exp_so3(self.per_unit * values[3] * self._unit(values[:3], key)))
         if key == "euler":
             R = np.eye(3)
             for axis, angle in zip(self.sequence, self.per_unit * values, strict=True):
@@ -181,11 +199,22 @@ class _Model:
                 R = R @ turn if axis.islower() else turn @ R
             return R
         if key == "zaxis":
-            return _shortest(values / np.linalg.norm(values))
-        x = values[:3] / np.linalg.norm(values[:3])
-        y = values[3:] - x * (x @ values[3:])
-        y = y / np.linalg.norm(y)
+            return _shortest(self._unit(values, key))
+        x = self._unit(values[:3], key)
+        y = self._unit(values[3:] - x * (x @ values[3:]), key)
         return np.column_stack([x, y, np.cross(x, y)])
+
+    def _turn(self, wxyz: FloatArray) -> FloatArray:
+        return np.asarray(_core.quaternion_to_rotation(self._unit(wxyz, "quaternion")))
+
+    def _unit(self, vector: FloatArray, what: str) -> FloatArray:
+        size = float(np.linalg.norm(vector))
+        if size == 0:
+            self.of.fail(f"{what} has no direction")
+        return np.asarray(vector / size)
+
+    def _numbers(self, text: str, *counts: int) -> FloatArray:
+        return numbers(text, self.path, *counts)
 
 
 def _shortest(z: FloatArray) -> FloatArray:
@@ -196,11 +225,3 @@ def _shortest(z: FloatArray) -> FloatArray:
     if size == 0:
         return np.eye(3) if z[2] > 0 else np.diag([1.0, -1.0, -1.0])
     return np.asarray(_core.exp_so3(angle * axis / size))
-
-
-def _turn(wxyz: FloatArray) -> FloatArray:
-    return np.asarray(_core.quaternion_to_rotation(wxyz / np.linalg.norm(wxyz)))
-
-
-def _numbers(text: str) -> FloatArray:
-    return np.array([float(word) for word in text.split()])

@@ -30,6 +30,7 @@ LARGEST_MOVE = 1e6  # SI; by how much a parameter can move with another that is 
 _ZERO = [0.0, 0.0, 0.0]
 _STANDARD_GRAVITY = [0.0, 0.0, -9.80665]
 _UNIT_TOLERANCE = 1e-6  # a direction typed with seven digits
+_ROUNDED_KG_M2 = 1e-12  # moments of a link without mass, as iCub's URDF has them: -5e-20
 _EXACT = 1e-12  # what is this near is left as it is, so that a file loads back bit for bit
 
 
@@ -244,8 +245,10 @@ def _link(fields: Fields) -> Spec:
         fields.fail("mass_kg", "a mass that is not negative", link["mass_kg"])
     if fields.has_quantity("inertia", "kg_m2"):
         link["inertia_kg_m2"] = fields.quantities("inertia", "kg_m2", 6)  # xx, yy, zz, xy, xz, yz
-        if min(link["inertia_kg_m2"][:3]) < 0:
-            fields.fail("inertia_kg_m2", "moments xx, yy, zz that are not negative", str(link["inertia_kg_m2"][:3]))
+        moments = link["inertia_kg_m2"][:3]
+        if min(moments) < -_ROUNDED_KG_M2:
+            fields.fail("inertia_kg_m2", "moments xx, yy, zz that are not negative", str(moments))
+        link["inertia_kg_m2"][:3] = [max(moment, 0.0) for moment in moments]
     fields.done()
     return link
 

@@ -11,8 +11,9 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from fastcal import _core
 from fastcal.errors import ParseError
-from fastcal.io.mechanism import FloatArray, JointOf, Mechanism, Ratio
+from fastcal.io.mechanism import FloatArray, JointOf, Mechanism, Ratio, direction, numbers
 from fastcal.robot import se3
 from fastcal.units import to_si
 
@@ -35,9 +36,13 @@ def read_sdf(path: str, root: ET.Element) -> Mechanism:
 class _Model:
     def __init__(self, path: str, model: ET.Element) -> None:
         self.model = model
-        self.links = {each.attrib["name"]: each for each in model.findall("link")}
-        self.joints = {each.attrib["name"]: each for each in model.findall("joint")}
-        self.own = {each.attrib["name"]: each for each in model.findall("frame")}
+        self.links, self.joints, self.own = (
+            {each.attrib["name"]: each for each in model.findall(tag)} for tag in ("link", "joint", "frame")
+        )
+        if len(self.links | self.joints | self.own) != sum(
+            len(model.findall(tag)) for tag in ("link", "joint", "frame")
+        ):
+            raise ParseError("two links, joints or frames have one name; give each a name of its own", path)
         self.of = Mechanism(path, model.get("name", ""), [*self.links], [])
         self.places: dict[str, FloatArray] = {_MODEL: np.eye(4)}
         self.asked: set[str] = set()
@@ -54,8 +59,8 @@ class _Model:
         for name, element in self.links.items():
             inertial = element.find("inertial")
             if inertial is not None:
-                mass = float(inertial.findtext("mass", "1"))
-                self.of.bodies[name] = mass, _pose(inertial.find("pose"))[:3, 3]
+                mass = float(numbers(inertial.findtext("mass", "1"), self.of.path, 1)[0])
+                self.of.bodies[name] = mass, self._pose(inertial.find("pose"))[:3, 3]
         return self.of
 
     def _joint(self, name: str, joint: ET.Element) -> None:
@@ -70,8 +75,10 @@ class _Model:
         if element is not None and kind in ("revolute", "prismatic"):
             xyz = element.find("xyz")
             if xyz is not None:
-                seen_from = xyz.get("expressed_in") or name
-                axis = T[:3, :3].T @ self._place(seen_from)[:3, :3] @ _numbers(xyz.text, 3)
+                # <use_parent_model_frame>: of version 1.6 and before
+                old = element.findtext("use_parent_model_frame", "").strip() in ("true", "1")
+                seen_from = _MODEL if old else xyz.get("expressed_in") or name
+                axis = T[:3, :3].T @ self._place(seen_from)[:3, :3] @ direction(xyz.text, self.of.path)
             if joint.get("type") != "continuous":
                 low = float(element.findtext("limit/lower", "-inf"))
                 high = float(element.findtext("limit/upper", "inf"))
@@ -96,7 +103,7 @@ class _Model:
     def _mimic(self, name: str, mimic: ET.Element) -> None:
         """Its position is multiplier times (that of the other less reference) plus offset."""
         factor, offset, reference = (
-            float(mimic.findtext(key, default))
+            float(numbers(mimic.findtext(key, default), self.of.path, 1)[0])
             for key, default in (("multiplier", "1"), ("offset", "0"), ("reference", "0"))
         )
         ratio = Ratio(f"{name}_mimic", name, {mimic.attrib["joint"]: factor}, offset - factor * reference)
@@ -121,25 +128,18 @@ class _Model:
             self.of.fail(f"a pose is told from '{name}', which is not there")
         pose = element.find("pose")
         start = usual if pose is None else pose.get("relative_to") or usual
-        self.places[name] = self._place(start) @ _pose(pose)
+        self.places[name] = self._place(start) @ self._pose(pose)
         return self.places[name]
 
-
-def _pose(element: ET.Element | None) -> FloatArray:
-    if element is None or not (element.text or "").strip():
-        return np.eye(4)
-    if element.get("rotation_format") == "quat_xyzw":
-        from fastcal import _core
-
-        values = _numbers(element.text, 7)
-        return se3.pose(_core.quaternion_to_rotation(values[[6, 3, 4, 5]]), values[:3])
-    values = _numbers(element.text, 6)
-    unit = to_si(1.0, "deg") if element.get("degrees") == "true" else 1.0
-    return se3.pose(se3.rpy_to_rotation(unit * values[3:]), values[:3])
-
-
-def _numbers(text: str | None, count: int) -> FloatArray:
-    values = np.array([float(word) for word in (text or "").split()])
-    if len(values) != count:
-        raise ParseError(f"expected {count} numbers, got '{(text or '').strip():.60}'")
-    return values
+    def _pose(self, element: ET.Element | None) -> FloatArray:
+        if element is None or not (element.text or "").strip():
+            return np.eye(4)
+        if element.get("rotation_format") == "quat_xyzw":
+            values = numbers(element.text, self.of.path, 7)
+            wxyz = values[[6, 3, 4, 5]]
+            if not wxyz.any():
+                self.of.fail("a quaternion is 0 0 0 0")
+            return se3.pose(_core.quaternion_to_rotation(wxyz / np.linalg.norm(wxyz)), values[:3])
+        values = numbers(element.text, self.of.path, 6)
+        unit = to_si(1.0, "deg") if element.get("degrees") == "true" else 1.0
+        return se3.pose(se3.rpy_to_rotation(unit * values[3:]), values[:3])

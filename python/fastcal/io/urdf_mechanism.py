@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from fastcal.io.mechanism import FloatArray, JointOf, Mechanism, Ratio
+from fastcal.io.mechanism import FloatArray, JointOf, Mechanism, Ratio, direction, numbers
 from fastcal.robot import se3
 
 _KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
@@ -27,21 +27,23 @@ def read_urdf_mechanism(path: str, root: ET.Element) -> Mechanism:
         if not kind:
             of.fail(f"joint '{name}' is of type {joint.get('type')}, which is not understood in a mechanism with loops")
         axis, limit, mimic = (joint.find(key) for key in ("axis", "limit", "mimic"))
-        direction = _numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))
+        along = direction("1 0 0" if axis is None else axis.get("xyz", "1 0 0"), path)
         low, high = -np.inf, np.inf
         if limit is not None and joint.get("type") != "continuous":
             low, high = float(limit.get("lower", 0)), float(limit.get("upper", 0))
-        of.joints.append(JointOf(name, kind, parent, child, _origin(joint), direction, low=low, high=high))
+        of.joints.append(JointOf(name, kind, parent, child, _origin(joint, path), along, low=low, high=high))
         if mimic is not None:
-            driver = mimic.attrib["joint"]
-            of.ratios.append(
-                Ratio(f"{name}_mimic", name, {driver: float(mimic.get("multiplier", 1))}, float(mimic.get("offset", 0)))
+            factor, offset = (
+                float(numbers(mimic.get(key, usual), path, 1)[0])
+                for key, usual in (("multiplier", "1"), ("offset", "0"))
             )
+            of.ratios.append(Ratio(f"{name}_mimic", name, {mimic.attrib["joint"]: factor}, offset))
     for element in root.findall("link"):
         inertial = element.find("inertial")
         mass = None if inertial is None else inertial.find("mass")
         if inertial is not None and mass is not None:
-            of.bodies[element.attrib["name"]] = float(mass.get("value", 0)), _origin(inertial)[:3, 3]
+            value = float(numbers(mass.get("value", "0"), path, 1)[0])
+            of.bodies[element.attrib["name"]] = value, _origin(inertial, path)[:3, 3]
     return of
 
 
@@ -53,13 +55,9 @@ def _end(of: Mechanism, joint: ET.Element, key: str) -> str:
     return link
 
 
-def _origin(element: ET.Element) -> FloatArray:
+def _origin(element: ET.Element, path: str) -> FloatArray:
     origin = element.find("origin")
     if origin is None:
         return np.eye(4)
-    turn = _numbers(origin.get("rpy", "0 0 0"))
-    return se3.pose(se3.rpy_to_rotation(turn), _numbers(origin.get("xyz", "0 0 0")))
-
-
-def _numbers(text: str) -> FloatArray:
-    return np.array([float(word) for word in text.split()])
+    turn = numbers(origin.get("rpy", "0 0 0"), path, 3)
+    return se3.pose(se3.rpy_to_rotation(turn), numbers(origin.get("xyz", "0 0 0"), path, 3))

@@ -73,6 +73,10 @@ class RobotFacts(Protocol):
     def passive(self) -> Sequence[int]:
         """Joints, from 0, that closed loops move."""
 
+    @property
+    def beside(self) -> Sequence[int]:
+        """Joints, from 0, that do not move the tool and load it by their weight alone."""
+
     def follow(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Joint positions (N, n) with mimic and passive joints where others put them."""
 

@@ -12,30 +12,45 @@ from fastcal.io.atomic import write_text
 from fastcal.io.results import write_json
 from fastcal.report.cell_report import cell_page
 from fastcal.report.formatting import plural, significant
+from fastcal.report.language import _, in_language
 from fastcal.report.sections import TONES, Section, state_word
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
 
 
-def write_cell_check(found: CellCheck, path: str | os.PathLike[str]) -> None:
+def write_cell_check(found: CellCheck, path: str | os.PathLike[str], *, language: str = "en") -> None:
     """Writes check.json, or the page where the path ends in .html; whole or not at all."""
     if Path(path).suffix.lower() in (".html", ".htm"):
-        write_text(path, check_page(found))
+        write_text(path, check_page(found, language))
     else:
         write_json(path, found.to_json_dict())
 
 
-def check_page(found: CellCheck) -> str:
+def check_page(found: CellCheck, language: str = "en") -> str:
     """The HTML text of the page."""
+    with in_language(language):
+        return _check_page(found)
+
+
+def _check_page(found: CellCheck) -> str:
     state = "changed" if found.within_tolerance is False else found.verdict
-    notes = [f"{each.way.name}: {each.way.words(reason)}" for each in found.ways for reason in each.found.reasons]
-    sections = [Section("ways", "What was read", tables=[_way_table(found)], notes=notes)]
+    notes = [f"{each.way.name}: {each.way.words(_(reason))}" for each in found.ways for reason in each.found.reasons]
+    sections = [Section("ways", _("What was read"), tables=[_way_table(found)], notes=notes)]
     if any(each.found.causes for each in found.ways):
-        sections.append(Section("causes", "What explains it", tables=[_cause_table(found)]))
-    remarks = [Remark(f"{each.way.name}: {each.sentence}", each.state != "holds", "ways") for each in found.ways]
-    verdict = Verdict(TONES[state], capitalised(state_word(state)), found.sentence, remarks)
+        sections.append(Section("causes", _("What explains it"), tables=[_cause_table(found)]))
+    told = {each.way.name: f"{each.way.name}: {each.way.words(_(each.found.sentence))}" for each in found.ways}
+    remarks = [Remark(told[each.way.name], each.state != "holds", "ways") for each in found.ways]
+    other = [told[each.way.name] for each in found.ways if each.state != "holds"]
+    headline = " ".join(other) or _("The cell holds: what was read of each target is as its model and the noise say.")
+    verdict = Verdict(TONES[state], capitalised(state_word(state)), headline, remarks)
     tiles = [_tile(each) for each in found.ways]
-    return cell_page(found.cell, ("Check", "Does the calibration still hold?"), verdict, tiles, sections)
+    return cell_page(
+        found.cell,
+        (_("Check of {robot}", robot=found.cell.name), _("Does the calibration still hold?")),
+        verdict,
+        tiles,
+        sections,
+    )
 
 
 def _tile(each: WayCheck) -> tuple[str, str, str]:
@@ -43,8 +58,8 @@ def _tile(each: WayCheck) -> tuple[str, str, str]:
 
 
 def _way_table(found: CellCheck) -> Table:
-    columns = [Column(title, numeric=False) for title in ("Target", "Arms", "State", "Unit")]
-    columns += [Column(title) for title in ("RMS", "Expected", "Largest")]
+    columns = [Column(title, numeric=False) for title in (_("Target"), _("Arms"), _("State"), _("Unit"))]
+    columns += [Column(title) for title in (_("RMS"), _("Expected"), _("Largest"))]
     rows = []
     for each in found.ways:
         kind, of = each.found.main.kind, each.found
@@ -52,15 +67,15 @@ def _way_table(found: CellCheck) -> Table:
         arms = " + ".join(arm.name for arm in each.way.arms)
         words = [Cell(each.way.name), Cell(arms), Cell(state_word(each.state)), Cell(unit_text(kind.unit))]
         rows.append([*words, *(number_cell(significant(size, 4), size) for size in sizes)])
-    return Table("Each way from the world to a target", columns, [Group(rows)])
+    return Table(_("Each way from the world to a target"), columns, [Group(rows)])
 
 
 def _cause_table(found: CellCheck) -> Table:
-    columns = [Column(title, numeric=False) for title in ("Target", "Cause", "Change", "As well")]
+    columns = [Column(title, numeric=False) for title in (_("Target"), _("Cause"), _("Change"), _("As well"))]
     rows = []
     for each in found.ways:
         for cause in each.found.causes:
             sizes = "; ".join(f"{of.name} {of.change:+.4g} ± {of.std:.2g}" for of in cause.changes)
             others = ", ".join(map(each.way.words, cause.equivalents))
             rows.append([Cell(each.way.name), Cell(each.label(cause)), Cell(sizes), Cell(others)])
-    return Table("Causes that explain the new readings", columns, [Group(rows)])
+    return Table(_("Causes that explain the new readings"), columns, [Group(rows)])

@@ -28,59 +28,84 @@ from fastcal.report.diagnosis_report import write_diagnosis
 from fastcal.report.diagnosis_words import VERDICTS
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
+from fastcal.report.kind_words import kind_title, noise_text
+from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell, spaced, unit_text
 from fastcal.report.words import Remark, Verdict
+from fastcal.said import said
 
 CALIBRATION_FILES = ("model.yaml", "result.json", "report.html")
 DIAGNOSIS_FILES = ("model.yaml", "diagnosis.json", "report.html")
 _COLOURS = ("#1f6fb4", "#c2571a", "#2b8a57", "#8a4fa0", "#937b10", "#4d5965")  # of views, in turn
+_MEMBERS = {
+    "arm": said("arm"),
+    "target": said("target"),
+    "sensor": said("sensor"),
+    "camera": said("camera"),
+    "board": said("board"),
+}
 _MOST_POINTS = 2000  # that a figure draws of one view
-_TONES = {"converged": "good", "not_converged": "bad", "too_few_equations": "bad"}
+_TONES = {
+    "converged": ("good", said("Converged")),
+    "not_converged": ("bad", said("Not converged")),
+    "too_few_equations": ("bad", said("Too few equations")),
+}
 
 
-def write_cell_calibration(found: CellResult, folder: str | os.PathLike[str]) -> None:
+def write_cell_calibration(found: CellResult, folder: str | os.PathLike[str], *, language: str = "en") -> None:
     """Writes result.json, report.html and, where something was identified, model.yaml, all or none."""
     with atomic_folder(folder, CALIBRATION_FILES) as place:
         write_json(place / "result.json", found.to_json_dict())
         if found.parameters:
             text = cell_text(found.cell, f"{found.cell.name}, identified by fastcal {fastcal.__version__}")
             write_text(place / "model.yaml", text)
-        write_text(place / "report.html", calibration_page(found))
+        write_text(place / "report.html", calibration_page(found, language))
 
 
-def write_cell_diagnosis(found: CellDiagnosis, folder: str | os.PathLike[str]) -> None:
+def write_cell_diagnosis(found: CellDiagnosis, folder: str | os.PathLike[str], *, language: str = "en") -> None:
     """Writes model.yaml, diagnosis.json and report.html, all or none, and a folder with each way's own page."""
     for each in found.ways:
-        write_diagnosis(each.found, Path(folder) / each.way.name)
+        write_diagnosis(each.found, Path(folder) / each.way.name, language=language)
     with atomic_folder(folder, DIAGNOSIS_FILES) as place:
         write_json(place / "diagnosis.json", found.to_json_dict())
         text = cell_text(found.cell, f"{found.cell.name}, diagnosed by fastcal {fastcal.__version__}")
         write_text(place / "model.yaml", text)
-        write_text(place / "report.html", diagnosis_page(found))
+        write_text(place / "report.html", diagnosis_page(found, language))
 
 
-def calibration_page(found: CellResult) -> str:
+def calibration_page(found: CellResult, language: str = "en") -> str:
     """The HTML text of a calibration's page."""
+    with in_language(language):
+        return _calibration_page(found)
+
+
+def _calibration_page(found: CellResult) -> str:
     main = next(iter(found.train.values()), None)
     sections = [
-        Section("readings", "Errors of what was read", drawings=_drawings(found.views), tables=[_view_table(found)]),
-        Section("places", "Where everything stands", tables=[_place_table(found.placements)]),
+        Section("readings", _("Errors of what was read"), drawings=_drawings(found.views), tables=[_view_table(found)]),
+        Section("places", _("Where everything stands"), tables=_place_tables(found.placements)),
         *(_arm_section(name, own) for name, own in _by_arm(found)),
     ]
     if held := [spaced(of.direction) for of in found.unidentifiable]:
-        lead = f"{len(held)} directions, held where the file has them"
-        sections.append(Section("held", "What no reading shows", lead, notes=held, folded=True))
+        lead = _("{count} directions, held where the file has them", count=len(held))
+        sections.append(Section("held", _("What no reading shows"), lead, notes=held, folded=True))
     if found.outliers:
         rows = ", ".join(map(str, found.outliers))
-        text = f"Rows whose error the noise does not explain, counted from 0: {rows}."
-        sections.append(Section("outliers", "Outliers", text))
+        text = _("Rows whose error the noise does not explain, counted from 0: {rows}.", rows=rows)
+        sections.append(Section("outliers", _("Outliers"), text))
     if notes := [*found.notes, *([found.held] if found.held else [])]:
-        sections.append(Section("notes", "Notes", notes=notes))
-    tone, word = _TONES.get(found.status, "caution"), capitalised(found.status.replace("_", " "))
+        sections.append(Section("notes", _("Notes"), notes=notes))
+    tone, word = _TONES[found.status][0], _(_TONES[found.status][1])
     verdict = Verdict(tone, word, _headline(found), [])
     tiles = [] if main is None else _tiles(found, main)
-    return cell_page(found.cell, ("Calibration", "Calibration of a cell"), verdict, tiles, sections)
+    return cell_page(
+        found.cell,
+        (_("Calibration of {cell}", cell=found.cell.name), _("Calibration of a cell")),
+        verdict,
+        tiles,
+        sections,
+    )
 
 
 def cell_page(
@@ -90,11 +115,11 @@ def cell_page(
     tiles: Sequence[tuple[str, str, str]],
     sections: Sequence[Section],
 ) -> str:
-    """The HTML text of a page of a cell; the title is what was done, and the line above it."""
-    what, eyebrow = title
+    """The HTML text of a page of a cell, in the language of the caller; its title, and the line above that."""
+    heading, eyebrow = title
     return page.render(
         "monitoring.html",
-        title=f"{what} of {cell.name}",
+        title=heading,
         eyebrow=eyebrow,
         robot_name=cell.name,
         simulated=False,
@@ -102,7 +127,7 @@ def cell_page(
         verdict=verdict,
         tiles=tiles,
         sections=sections,
-        document=[("Software", f"fastcal {fastcal.__version__}")],
+        document=[(_("Software"), f"fastcal {fastcal.__version__}")],
     )
 
 
@@ -113,8 +138,9 @@ def _headline(found: CellResult) -> str:
     for of in found.train.values():
         before, after = of.statistics
         if before is not None and after is not None:
-            sizes.append(f"{of.kind.plural} from {_size(of, before.rms)} to {_size(of, after.rms)}")
-    return f"RMS errors fell: {'; '.join(sizes)}."
+            then, now = _size(of, before.rms), _size(of, after.rms)
+            sizes.append(_("{kind} from {before} to {after}", kind=_(of.kind.plural), before=then, after=now))
+    return _("RMS errors fell: {sizes}.", sizes="; ".join(sizes))
 
 
 def _tiles(found: CellResult, main: KindErrors) -> list[tuple[str, str, str]]:
@@ -122,12 +148,13 @@ def _tiles(found: CellResult, main: KindErrors) -> list[tuple[str, str, str]]:
     tested = None if found.test is None else found.test.get(main.kind.name)
     on_test = None if tested is None else tested.statistics[1]
     noise = found.noise.get(main.kind.name)
-    tiles = [("RMS error", "" if after is None else _size(main, after.rms), f"of {main.kind.plural}")]
+    tiles = [(_("RMS error"), "" if after is None else _size(main, after.rms), _(main.kind.plural))]
     if on_test is not None:
-        tiles.append(("RMS on test poses", _size(main, on_test.rms), plural(on_test.count, "reading")))
+        tiles.append((_("RMS on test poses"), _size(main, on_test.rms), plural(on_test.count, "reading")))
     if noise is not None:
-        tiles.append(("Noise", str(noise), "of one number"))
-    return [*tiles, ("Parameters", str(len(found.parameters)), f"{len(found.unidentifiable)} held")]
+        tiles.append((_("Noise"), noise_text(noise), _("of one number")))
+    held = _("{count} held", count=len(found.unidentifiable))
+    return [*tiles, (_("Parameters"), str(len(found.parameters)), held)]
 
 
 def _size(of: KindErrors, value: float) -> str:
@@ -136,12 +163,13 @@ def _size(of: KindErrors, value: float) -> str:
 
 def _view_table(found: CellResult) -> Table:
     """RMS before and after, and on the test poses, of each target, sensor and camera."""
-    columns = [Column("Reading", numeric=False), Column("Target", numeric=False), Column("From", numeric=False)]
-    columns += [Column(title) for title in ("Count", "RMS before", "RMS after", "Largest", "RMS on test poses")]
+    columns = [Column(title, numeric=False) for title in (_("Reading"), _("Target"), _("From"))]
+    columns += [Column(title) for title in (_("Count"), _("RMS before"), _("RMS after"), _("Largest"))]
+    columns.append(Column(_("RMS on test poses")))
     rows = []
     for name, of in found.views.items():
-        kind, _, view = name.partition("@")
-        target, _, sensor = view.partition(":")
+        view = name.partition("@")[2]
+        target, sensor = (*view.split(":", 1), "")[:2]
         tested = (found.test_views or {}).get(name)
         before, after = of.statistics
         on_test = None if tested is None else tested.statistics[1]
@@ -149,14 +177,14 @@ def _view_table(found: CellResult) -> Table:
         sizes += [None if after is None else after.max, None if on_test is None else on_test.rms]
         rows.append(
             [
-                Cell(f"{kind} ({unit_text(of.kind.unit)})"),
+                Cell(f"{kind_title(of.kind)} ({unit_text(of.kind.unit)})"),
                 Cell(target),
-                Cell(sensor or "world"),
+                Cell(sensor or _("world")),
                 number_cell("" if after is None else str(after.count), None if after is None else float(after.count)),
                 *(_number(None if size is None else of.kind.shown(size)) for size in sizes),
             ]
         )
-    return Table("Errors of each target as each sensor reads it", columns, [Group(rows)], is_sortable=len(rows) > 1)
+    return Table(_("Errors of each target as each sensor reads it"), columns, [Group(rows)], is_sortable=len(rows) > 1)
 
 
 def _number(value: float | None) -> Cell:
@@ -174,26 +202,38 @@ def _drawings(views: dict[str, KindErrors]) -> list[Figure]:
             rows = rows[figures.spread_rows(len(rows), _MOST_POINTS)]
             colour, label = _COLOURS[k % len(_COLOURS)], name.partition("@")[2]
             sizes = np.array([kind.shown(size) for size in each[rows]])
-            traces.append(figures.points(rows, sizes, colour, 6, hover=f"row %{{x}}: %{{y:.4g}} {kind.unit}"))
+            traces.append(
+                figures.points(rows, sizes, colour, 6, hover=_("row %{{x}}: %{{y:.4g}} {unit}", unit=kind.unit))
+            )
             key.append(Key(label, colour, "point"))
-        drawn = figures.layout("row", f"largest error ({unit_text(kind.unit)})", yaxis={"rangemode": "tozero"})
-        alt = f"Largest error of each row after calibration, {kind.plural}, by target and sensor."
-        out.append(Figure(f"errors-{kind.name}", f"Errors of {kind.plural} by row", alt, traces, drawn, key=key))
+        drawn = figures.layout(
+            _("row"), _("largest error ({unit})", unit=unit_text(kind.unit)), yaxis={"rangemode": "tozero"}
+        )
+        alt = _("Largest error of each row after calibration, {kind}, by target and sensor.", kind=_(kind.plural))
+        title = _("Errors by row: {kind}", kind=_(kind.plural))
+        out.append(Figure(f"errors-{kind.name}", title, alt, traces, drawn, key=key))
     return out
 
 
-def _place_table(places: Sequence[Placement]) -> Table:
-    columns = [Column(title, numeric=False) for title in ("Member", "Kind", "Stands on")]
-    columns += [Column(f"{axis} (mm)") for axis in "xyz"] + [Column(f"{axis} (°)") for axis in ("rx", "ry", "rz")]
-    rows = []
-    for of in places:
-        cells = [
-            number_cell(_with(std, value), value)
-            for value, std in zip((*of.xyz_mm, *of.rpy_deg), (*of.std_mm, *of.std_deg), strict=True)
-        ]
-        rows.append([Cell(of.name), Cell(of.kind), Cell(of.on), *cells])
-    caption = "Where each member stands, with the standard deviation of what was identified, along and about its axes"
-    return Table(caption, columns, [Group(rows)])
+def _place_tables(places: Sequence[Placement]) -> list[Table]:
+    """Where, and how turned: a table each, so that both have room on the page and on paper."""
+    axes = [[f"{axis} (mm)" for axis in "xyz"], [f"{axis} (°)" for axis in ("rx", "ry", "rz")]]
+    captions = [
+        _("Where each member stands on its frame, with the standard deviation of what was identified"),
+        _("How each member is turned there"),
+    ]
+    out = []
+    for k, (titles, caption) in enumerate(zip(axes, captions, strict=True)):
+        words = (_("Member"), _("Kind"), _("Stands on")) if k == 0 else (_("Member"),)
+        columns = [*(Column(title, numeric=False) for title in words), *map(Column, titles)]
+        rows = []
+        for of in places:
+            values, stds = (of.xyz_mm, of.std_mm) if k == 0 else (of.rpy_deg, of.std_deg)
+            own = [number_cell(_with(std, value), value) for value, std in zip(values, stds, strict=True)]
+            named = [Cell(of.name), Cell(_(_MEMBERS[of.kind])), Cell(of.on)][: len(words)]
+            rows.append([*named, *own])
+        out.append(Table(caption, columns, [Group(rows)]))
+    return out
 
 
 def _with(std: float | None, value: float) -> str:
@@ -214,36 +254,72 @@ def _by_arm(found: CellResult) -> list[tuple[str, list[IdentifiedParameter]]]:
 
 
 def _arm_section(name: str, parameters: Iterable[IdentifiedParameter]) -> Section:
-    columns = [Column(title, numeric=False) for title in ("Place", "Parameter")]
-    columns += [Column(title) for title in ("Value", "Std", "Before", "Change")]
+    columns = [Column(title, numeric=False) for title in (_("Place"), _("Parameter"))]
+    columns += [Column(title) for title in (_("Value"), _("Std"), _("Before"), _("Change"))]
     rows = []
     for of in parameters:
         numbers = (of.std, of.value, of.nominal, of.value - of.nominal)
         shown = zip(with_uncertainty(*numbers), numbers, strict=True)
         std, value, before, change = (number_cell(text, number) for text, number in shown)
         rows.append([Cell(spaced(of.owner)), Cell(of.name), value, std, before, change])
-    table = Table(f"Identified numbers of {name}", columns, [Group(rows)])
-    return Section(f"arm-{name}", f"Arm {name}", tables=[table], folded=True)
+    table = Table(_("Identified numbers of {arm}", arm=name), columns, [Group(rows)])
+    return Section(f"arm-{name}", _("Arm {name}", name=name), tables=[table], folded=True)
 
 
-def diagnosis_page(found: CellDiagnosis) -> str:
+def diagnosis_page(found: CellDiagnosis, language: str = "en") -> str:
     """The HTML text of a diagnosis' page."""
+    with in_language(language):
+        return _diagnosis_page(found)
+
+
+def _diagnosis_page(found: CellDiagnosis) -> str:
     word, tone = VERDICTS[found.verdict]
-    sections = [Section("ways", "What was read", tables=[_way_table(found.ways)], notes=[*map(_numbering, found.ways)])]
+    sections = [
+        Section("ways", _("What was read"), tables=[_way_table(found.ways)], notes=[*map(_numbering, found.ways)])
+    ]
     if found.effects:
-        lead = "Owners carry their arm. A joint that several ways have in common is judged by the readings of each."
+        lead = _("Owners carry their arm. A joint that several ways have in common is judged by the readings of each.")
         notes = [f"{of.finding.label}: {reason}" for of in found.effects for reason in of.reasons]
-        sections.insert(0, Section("found", "What is missing", lead, tables=[_cause_table(found.effects)], notes=notes))
+        sections.insert(
+            0, Section("found", _("What is missing"), lead, tables=[_cause_table(found.effects)], notes=notes)
+        )
     if found.notes:
-        sections.append(Section("notes", "Notes", notes=found.notes))
-    verdict = Verdict(tone, word, found.sentence, _remarks(found.effects))
-    tiles = [(each.way.name, VERDICTS[each.found.verdict][0], _arms(each)) for each in found.ways]
-    return cell_page(found.cell, ("Diagnosis", "Diagnosis of a cell"), verdict, tiles, sections)
+        sections.append(Section("notes", _("Notes"), notes=found.notes))
+    verdict = Verdict(tone, _(word), _missing(found), _remarks(found.effects))
+    tiles = [(each.way.name, _(VERDICTS[each.found.verdict][0]), _arms(each)) for each in found.ways]
+    return cell_page(
+        found.cell, (_("Diagnosis of {cell}", cell=found.cell.name), _("Diagnosis of a cell")), verdict, tiles, sections
+    )
+
+
+def _missing(found: CellDiagnosis) -> str:
+    """`found.sentence` in the language of the page."""
+    named = [_("{cause} (grade {grade})", cause=of.finding.label, grade=of.finding.grade) for of in found.effects]
+    rest = [
+        _(
+            "Something remains in what was read of {target}, most of it at {place}.",
+            target=each.way.name,
+            place=each.way.owner(each.found.unexplained.owner),
+        )
+        for each in found.ways
+        if each.found.unexplained is not None
+    ]
+    if not named and not rest:
+        return _("Nothing is missing that these readings could show above their noise.")
+    return " ".join([*([_("Missing: {causes}.", causes=", ".join(named))] if named else []), *rest])
 
 
 def _remarks(effects: Sequence[CellFinding]) -> list[Remark]:
     return [
-        Remark(f"{of.finding.label}: not in the readings of {', '.join(of.not_seen_by)}", True, "found")
+        Remark(
+            _(
+                "{cause}: not in the readings of {targets}",
+                cause=of.finding.label,
+                targets=", ".join(of.not_seen_by),
+            ),
+            True,
+            "found",
+        )
         for of in effects
         if of.not_seen_by
     ]
@@ -254,7 +330,8 @@ def _arms(each: WayDiagnosis) -> str:
 
 
 def _cause_table(effects: Sequence[CellFinding]) -> Table:
-    columns = [Column(title, numeric=False) for title in ("Grade", "Cause", "Size", "As well", "Seen by")]
+    columns = [Column(title, numeric=False) for title in (_("Grade"), _("Cause"), _("Size"))]
+    columns += [Column(title, numeric=False) for title in (_("As well"), _("Seen by"))]
     rows = []
     for of in effects:
         f = of.finding
@@ -262,30 +339,29 @@ def _cause_table(effects: Sequence[CellFinding]) -> Table:
             f"{name} {value.value:.4g}" + (f" ± {value.std:.2g}" if value.std else "")
             for name, value in f.parameters.items()
         )
-        others = "; ".join(cause_in_words(effect, owner) for effect, owner in f.equivalents)
+        others = "; ".join(_(cause_in_words(effect, owner)) for effect, owner in f.equivalents)
         rows.append(
             [
                 Cell(f.grade),
-                Cell(cause_in_words(f.effect, f.owner)),
+                Cell(_(cause_in_words(f.effect, f.owner))),
                 Cell(sizes),
                 Cell(others),
                 Cell(", ".join(of.seen_by)),
             ]
         )
-    return Table("Causes that the readings ask for", columns, [Group(rows)])
+    return Table(_("Causes that the readings ask for"), columns, [Group(rows)])
 
 
 def _numbering(each: WayDiagnosis) -> str:
     """What a way's own page calls its joints."""
-    listed = ", ".join(f"{k} is {joint}" for k, joint in enumerate(each.joints, start=1))
-    return f"{each.way.name}: joint {listed} on its own page"
+    listed = ", ".join(f"{k} = {joint}" for k, joint in enumerate(each.joints, start=1))
+    return _("{target}: joints on its own page are {joints}", target=each.way.name, joints=listed)
 
 
 def _way_table(ways: Sequence[WayDiagnosis]) -> Table:
-    columns = [Column(title, numeric=False) for title in ("Target", "Arms", "Found")]
-    columns += [Column(title) for title in ("RMS, geometry alone", "RMS, with all", "Noise makes")]
-    columns.append(Column("Unit", numeric=False))
-    columns.append(Column("Page", numeric=False))
+    columns = [Column(title, numeric=False) for title in (_("Target"), _("Arms"), _("Found"))]
+    columns += [Column(title) for title in (_("RMS, geometry alone"), _("RMS, with all"), _("Noise makes"))]
+    columns += [Column(title, numeric=False) for title in (_("Unit"), _("Page"))]
     rows = []
     for each in ways:
         gap = each.found.judged_gap
@@ -293,10 +369,11 @@ def _way_table(ways: Sequence[WayDiagnosis]) -> Table:
             [
                 Cell(each.way.name),
                 Cell(_arms(each)),
-                Cell(VERDICTS[each.found.verdict][0]),
+                Cell(_(VERDICTS[each.found.verdict][0])),
                 *(_number(size) for size in (gap.sizes[0], gap.sizes[-1], gap.floor)),
                 Cell(unit_text(gap.unit)),
-                Cell("its own page", link=f"{each.way.name}/report.html"),
+                Cell(_("its own page"), link=f"{each.way.name}/report.html"),
             ]
         )
-    return Table("Each way from the world to a target, judged on poses that were held out", columns, [Group(rows)])
+    caption = _("Each way from the world to a target, judged on poses that were held out")
+    return Table(caption, columns, [Group(rows)])

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fastcal.monitoring.compare import Comparison
@@ -29,9 +31,6 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
     with in_language(language):
         sizes, different = found.at_tool.to_mm(), found.significant
         headline = _headline(found)
-        columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B less A")), Column("±")]
-        columns += [Column(_("Unit"), numeric=False), Column(_("p-value")), Column(_("Significant"), numeric=False)]
-        rows = [_difference(d) for d in found.parameters]
         moved = differences_at_tool(found)
         sized = sizes_figure(moved, compared=True)
         positions, apart, arm = compared_arm(found, moved)
@@ -67,7 +66,7 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                         "left out."
                     ),
                     drawings=present(sized),
-                    tables=[Table(_("Parameters"), columns, [Group(rows)], True)],
+                    tables=[difference_table(found.parameters)],
                 ),
                 Section(
                     "method",
@@ -113,6 +112,13 @@ def _share(shares: list[tuple[str, np.ndarray, str, str]]) -> Figure:
         height=360,
         paper_height=210,
     )
+
+
+def difference_table(parameters: Sequence[Difference]) -> Table:
+    """The numbers of both models, and by how much they differ."""
+    columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B less A")), Column("±")]
+    columns += [Column(_("Unit"), numeric=False), Column(_("p-value")), Column(_("Significant"), numeric=False)]
+    return Table(_("Parameters"), columns, [Group([_difference(d) for d in parameters])], True)
 
 
 def _difference(d: Difference) -> list[Cell]:

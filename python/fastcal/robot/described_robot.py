@@ -26,7 +26,7 @@ from fastcal.effects.values import parameter_values
 from fastcal.errors import InvalidInput
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.core_model import build_core, pose
-from fastcal.robot.loops import passive_joints
+from fastcal.robot.loops import joints_beside, passive_joints
 from fastcal.robot.pendant import Pendant, pendant_of
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot_spec import Entry, Joint, RobotSpec, Spec, content, structured
@@ -273,3 +273,8 @@ class DescribedRobot(Shown):
     def passive(self) -> list[int]:
         """Joints, from 0, that closed loops move."""
         return passive_joints(self.description)
+
+    @cached_property
+    def beside(self) -> list[int]:
+        """Joints, from 0, that do not move the tool and load it by their weight alone."""
+        return joints_beside(self.description)

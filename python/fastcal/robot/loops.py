@@ -81,6 +81,18 @@ def parents(spec: RobotSpec) -> list[int]:
     return [] if found == list(range(-1, len(found) - 1)) else found
 
 
+def joints_beside(spec: RobotSpec) -> list[int]:
+    """Joints, from 0, that do not move the tool: of another arm or a head on the same torso. None where loops are."""
+    on = parents(spec)
+    if not on or spec.loops:
+        return []
+    way, joint = set(), len(on) - 1
+    while joint >= 0:
+        way.add(joint)
+        joint = on[joint]
+    return [i for i in range(len(on)) if i not in way]
+
+
 def loop_arguments(spec: RobotSpec) -> dict[str, Any]:
     """What the core's description of a robot needs of its branches and loops; nothing where it has none."""
     out: dict[str, Any] = {}

@@ -64,3 +64,19 @@ def test_errors_of_a_camera_and_places_of_its_board(tmp_path: Path) -> None:
     assert "wrist" in page
     assert "plate" in page
     assert "px" in page
+
+
+def test_pages_of_cells_are_german_where_that_is_asked(tmp_path: Path) -> None:
+    cell = cell_of(tmp_path)
+    write_poses(tmp_path, cell, waved(cell, 60, None))
+    _, page = calibrated(tmp_path, "--page-language", "de")
+    for text in ("Wo alles steht", "Was keine Messung zeigt", "Die RMS-Fehler sanken", 'lang="de"', "Rauschen"):
+        assert text in page
+    for text in ("Where everything stands", "Stands on", "RMS error", "Noise", "held where", "Largest"):
+        assert text not in page
+    checked = tmp_path / "check.html"
+    model, same = str(tmp_path / "out/model.yaml"), str(tmp_path / "poses.csv")
+    assert main(["check", model, same, "-o", str(checked), "--page-language", "de"]) == 0
+    page = checked.read_text(encoding="utf-8")
+    assert "Die Zelle hält" in page
+    assert "Each way" not in page

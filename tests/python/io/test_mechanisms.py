@@ -237,6 +237,14 @@ def test_what_a_wrapper_lacks_is_said_in_one_sentence(tmp_path: Path, old: str, 
         load_robot(path)
 
 
+def test_a_name_that_sdf_gives_twice_says_so(tmp_path: Path) -> None:
+    wrapper = sdf(tmp_path)
+    path = tmp_path / "five_bar.sdf"
+    path.write_text(path.read_text().replace('joint name="right_elbow"', 'joint name="left_elbow"'))
+    with pytest.raises(ParseError, match="two links, joints or frames have one name"):
+        load_robot(wrapper)
+
+
 def test_a_joint_of_sdf_that_is_not_understood_says_so(tmp_path: Path) -> None:
     with pytest.raises(ParseError, match="joint 'knee_pin' is of type gearbox, which is not understood"):
         load_robot(sdf(tmp_path, "gearbox"))
@@ -247,3 +255,106 @@ def test_a_broken_file_is_refused_in_one_sentence(tmp_path: Path, text: str) -> 
     (tmp_path / "robot.xml").write_text(text)
     with pytest.raises(FastcalError):
         load_robot(tmp_path / "robot.xml")
+
+
+def test_frames_of_mjcf_move_what_is_in_them(tmp_path: Path) -> None:
+    plain, framed = mjcf(tmp_path), tmp_path / "framed.xml"
+    text = plain.read_text().replace('pos="-0.1 0 0.2"', 'pos="-0.1 0 0"').replace('pos="0.1 0 0.2"', 'pos="0.1 0 0"')
+    text = text.replace("<worldbody>", '<worldbody><frame pos="0 0 0.5" euler="0 0 30"><frame pos="0 0 -0.3">')
+    framed.write_text(text.replace("</worldbody>", "</frame></frame></worldbody>"))
+    one, other = (load_robot(path, tip_link="tool") for path in (plain, framed))
+    q = one.assemble(np.array(one.core.home)).q
+    turn = np.eye(4)
+    turn[:2, :2] = [[np.cos(np.radians(30)), -np.sin(np.radians(30))], [np.sin(np.radians(30)), np.cos(np.radians(30))]]
+    assert np.abs(turn @ one.forward(q)[0] - other.forward(q)[0]).max() < 1e-12
+    text = text.replace("</worldbody>", '<replicate count="2"/></frame></frame></worldbody>')
+    framed.write_text(text)
+    with pytest.raises(ParseError, match="<replicate> makes bodies, which are not read"):
+        load_robot(framed, tip_link="tool")
+
+
+def test_files_that_mjcf_includes_stand_in_its_place(tmp_path: Path) -> None:
+    path = mjcf(tmp_path)
+    expected = read_spec(path, tip_link="tool")
+    text = path.read_text()
+    start, end = text.index("  <equality>"), text.index("</mujoco>")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/motors.xml").write_text(f"<mujocoinclude>{text[start:end]}</mujocoinclude>")
+    scene = text[:start] + '<include file="parts/motors.xml"/></mujoco>'
+    path.write_text(scene)
+    assert read_spec(path, tip_link="tool") == expected
+    path.write_text(scene.replace("<include", '<include file="five_bar.xml"/><include'))
+    with pytest.raises(ParseError, match=r"includes 'five_bar\.xml' twice"):
+        load_robot(path, tip_link="tool")
+    path.write_text(scene.replace("motors.xml", "motor.xml"))
+    with pytest.raises(ParseError, match=r"motor\.xml: there is no such file"):
+        load_robot(path, tip_link="tool")
+
+
+def test_a_base_that_floats_asks_for_the_link_that_stands(tmp_path: Path) -> None:
+    path = tmp_path / "legged.xml"
+    path.write_text(
+        '<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><body name="arm"><joint name="q"/></body>'
+        '</body></worldbody><actuator><motor joint="q"/></actuator></mujoco>'
+    )
+    with pytest.raises(ParseError, match="'trunk' floats freely; give base_link"):
+        load_robot(path, tip_link="arm")
+    assert len(load_robot(path, base_link="trunk", tip_link="arm").joints) == 1
+
+
+def test_a_range_that_does_not_limit_is_no_limit(tmp_path: Path) -> None:
+    path = mjcf(tmp_path)
+    path.write_text(path.read_text().replace('name="left" ref', 'name="left" limited="false" ref'))
+    joints = read_spec(path, tip_link="tool")["joints"]
+    assert [joint["max_deg"] for joint in joints if joint["name"] in ("left", "right")] == [360.0, 170.0]
+
+
+def test_axes_of_sdf_before_1_7_may_be_those_of_the_model(tmp_path: Path) -> None:
+    wrapper = sdf(tmp_path)
+    path = tmp_path / "five_bar.sdf"
+    turned = path.read_text().replace(">-0.1 0 0.2 0 0 ", ">-0.1 0 0.2 0.3 0 ", 1)
+    expected = []
+    for more in ("", "<use_parent_model_frame>true</use_parent_model_frame>"):
+        path.write_text(turned.replace("<xyz>0 0 1</xyz>", f"<xyz>0 0 1</xyz>{more}", 1))
+        expected.append(read_spec(wrapper)["joints"])
+    q_left = [next(joint for joint in joints if joint["name"] == "q_left")["axis"] for joints in expected]
+    assert q_left[0] == pytest.approx([0, 0, 1])
+    assert q_left[1] == pytest.approx([0, np.sin(0.3), np.cos(0.3)])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("elbow: ", "elbow: x", "start_deg.elbow: expected a finite number"),
+        ("length_mm: 320}", "fixed: [[x]]}", r"loops\[1\].fixed: expected a list of x, y, z, rx, ry, rz"),
+        (
+            "from: left, to: tcp, from_xyz_mm: [200, 0, 0], length_mm: 320}",
+            "joint: elbow, ratios: {q_left: two}}",
+            r"loops\[1\].ratios.q_left: expected a finite number, got 'two'",
+        ),
+    ],
+)
+def test_a_wrong_value_in_a_wrapper_is_said_in_one_sentence(tmp_path: Path, old: str, new: str, sentence: str) -> None:
+    path = urdf(tmp_path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(ParseError, match=sentence):
+        load_robot(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('axis="0 0 1"', 'axis="0 0 0"', "expected an axis, got '0 0 0'"),
+        ('pos="0.2 0 0"', 'pos="0.2 0"', "expected 3 finite numbers, got '0.2 0'"),
+        ('axisangle="0 0 1 60"', 'axisangle="0 0 0 60"', "axisangle has no direction"),
+        ('joint name="right" ref', 'joint name="left" ref', "there are two joints 'left'"),
+        ('body name="right"', 'body name="left"', "there are two links 'left'"),
+    ],
+)
+def test_a_wrong_number_in_mjcf_is_said_with_its_file(tmp_path: Path, old: str, new: str, sentence: str) -> None:
+    path = mjcf(tmp_path)
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(ParseError, match=rf"five_bar.xml: {sentence}"):
+        load_robot(path, tip_link="tool")

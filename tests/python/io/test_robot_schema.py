@@ -182,6 +182,12 @@ def test_a_direction_of_few_digits_gets_length_one_and_an_exact_one_is_not_touch
     assert check_spec(changed(plain("poe"), "joints.0.omega", exact))["joints"][0]["omega"] == exact
 
 
+def test_moments_that_rounding_left_below_0_are_0() -> None:
+    link = {"mass_kg": 0, "inertia_kg_m2": [-5.42e-20, 0.5, 0, 0, 0, 0]}
+    spec = check_spec(changed(plain(), "joints.0.link", link))
+    assert spec["joints"][0]["link"]["inertia_kg_m2"] == [0, 0.5, 0, 0, 0, 0]
+
+
 def test_a_hinge_has_no_pitch() -> None:
     spec = changed(changed(plain("poe"), "joints.0.point_mm", ...), "joints.0.v_mm", [10, 0, 1])
     assert "joints[0].v_mm: must be perpendicular to omega" in refusal(spec)

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Two calibrated models of one cell: which numbers of its arms differ, and by how much at its targets.
+
+Each way from the world to a target that both have is compared as one arm, base and target aligned.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from fastcal.cells.cell import Cell
+from fastcal.cells.paths import Way, possible_ways
+from fastcal.errors import InvalidInput
+from fastcal.monitoring.compare import Comparison, compare
+from fastcal.monitoring.differences import Difference
+
+
+@dataclass(frozen=True, eq=False)
+class WayComparison:
+    """One way of the first cell, and how the second one's differs."""
+
+    way: Way
+    found: Comparison
+
+    @property
+    def parameters(self) -> list[Difference]:
+        """The numbers with the cell's owners."""
+        return [replace(each, owner=self.way.owner(each.owner)) for each in self.found.parameters]
+
+    @property
+    def significant(self) -> list[Difference]:
+        """Those that differ beyond noise."""
+        return [each for each in self.parameters if each.significant]
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """An entry of `ways`."""
+        return {
+            **self.found.to_json_dict(),
+            "arms": [arm.name for arm in self.way.arms],
+            "parameters": [vars(each) for each in self.parameters],
+            "notes": [self.way.words(note) for note in self.found.notes],
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class CellComparison:
+    """What `compare_cells` found, way by way."""
+
+    first: Cell
+    second: Cell
+    ways: list[WayComparison]
+
+    @property
+    def notes(self) -> list[str]:
+        """What a reader should know, a sentence each."""
+        return [f"{each.way.name}: {each.way.words(note)}" for each in self.ways for note in each.found.notes]
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The content of compare.json."""
+        return {
+            "models": [{"cell": cell.name} for cell in (self.first, self.second)],
+            "ways": {each.way.name: each.to_json_dict() for each in self.ways},
+        }
+
+
+def compare_cells(first: Cell, second: Cell, *, threads: int = 1) -> CellComparison:
+    """Compares two models of one cell.
+
+    Raises:
+        InvalidInput: They have no target on an arm's flange in common, or other arms carry one.
+    """
+    ways = [possible_ways(cell, [of.name for of in cell.points]) for cell in (first, second)]
+    others = {way.name: way for way in ways[1]}
+    both = [(way, others[way.name]) for way in ways[0] if way.name in others]
+    if not both:
+        raise InvalidInput(
+            f"{first.name} and {second.name} have no target on an arm's flange in common; expected two models of one "
+            "cell"
+        )
+    found = []
+    for way, other in both:
+        arms = [[arm.name for arm in each.arms] for each in (way, other)]
+        if arms[0] != arms[1]:
+            raise InvalidInput(
+                f"{way.name} is carried by {' + '.join(arms[0])} in {first.name} and by {' + '.join(arms[1])} in "
+                f"{second.name}; expected two models of one cell"
+            )
+        found.append(WayComparison(way, compare(way.robot, other.robot, threads=threads)))
+    return CellComparison(first, second, found)

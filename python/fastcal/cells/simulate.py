@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a cell predicts of its targets, with which uncertainty, and what instruments would read of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.prediction import quaternions
+from fastcal.cells.cell import Cell
+from fastcal.cells.paths import possible_ways
+from fastcal.cells.readings import Readings
+from fastcal.errors import FastcalError, InvalidInput
+from fastcal.robot.se3 import rotations_by
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CellPrediction:
+    """Poses of a view, TARGET or TARGET:SENSOR.
+
+    Attributes:
+        position: (N, 3) of the target in the sensor's frame [m].
+        rotation: (N, 4) unit quaternion w, x, y, z.
+        sigma_position: (N, 3) standard deviation that comes from the identified parameters alone [m]; NaN where the
+            cell does not keep how surely the numbers of this way are known.
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+    sigma_position: FloatArray
+
+
+def known_views(cell: Cell, views: Sequence[str]) -> list[str]:
+    """The views that were asked for, all targets from the world where none was.
+
+    Raises:
+        InvalidInput: One is of a frame that the cell does not have, or the cell has no target.
+    """
+    targets = [of.name for of in cell.points if of.role == "target"]
+    asked = list(views) or targets
+    if not asked:
+        raise InvalidInput(f"the cell {cell.name} has no target to read")
+    names = {of.name for of in cell.points}
+    for view in asked:
+        for name in view.split(":", 1):
+            if name not in names | {"world"}:
+                listed = ", ".join(sorted(names)) or "none"
+                raise InvalidInput(f"'{name}' is no target or sensor of the cell; there are {listed}")
+    return [view.removesuffix(":world") for view in asked]
+
+
+def view_poses(cell: Cell, q: FloatArray, view: str, threads: int = 1) -> FloatArray:
+    """(N, 4, 4) T_sensor_target in postures q (N, n) of the tree."""
+    model, samples = cell.model, _core.Samples(np.ascontiguousarray(q))
+    target, _, sensor = view.partition(":")
+    T = np.asarray(model.predict(samples, model.start, threads, of=target))
+    if not sensor:
+        return T
+    S = np.asarray(model.predict(samples, model.start, threads, of=sensor))
+    R = S[:, :3, :3].transpose(0, 2, 1)
+    out = np.tile(np.eye(4), (len(q), 1, 1))
+    out[:, :3, :3] = R @ T[:, :3, :3]
+    out[:, :3, 3] = np.einsum("nij,nj->ni", R, T[:, :3, 3] - S[:, :3, 3])
+    return out
+
+
+def predict_cell(cell: Cell, postures: Readings, *, threads: int = 1) -> dict[str, CellPrediction]:
+    """Where all targets are from the world, and from the sensors that the postures have columns of."""
+    views = list(dict.fromkeys([*known_views(cell, ()), *(view for view in postures.views if ":" in view)]))
+    ways = {way.name: way for way in possible_ways(cell, views)}
+    out = {}
+    for view in views:
+        T = view_poses(cell, postures.q, view, threads)
+        sigma = np.full((len(T), 3), np.nan)
+        way = ways.get(view)
+        if way is not None and way.record is not None:
+            try:
+                rows = way.rows(cell, postures)
+                sigma = way.robot.deviation_at(way.robot.samples(rows), threads)
+            except FastcalError:
+                pass  # a way that is no serial arm has poses without a deviation
+        out[view] = CellPrediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), sigma)
+    return out
+
+
+def simulate_cell(
+    cell: Cell,
+    postures: Readings,
+    views: Sequence[str] = (),
+    *,
+    noise: float = 0.0,
+    noise_rotation: float | None = None,
+    repeatability: float = 0.0,
+    seed: int = 0,
+    threads: int = 1,
+) -> Readings:
+    """Reads the targets of a cell: T_sensor_target(q + e) and noise, e ~ N(0, repeatability^2) of each turning joint.
+
+    Args:
+        cell: As it is, with the effects of its arms.
+        postures: Where it is sent.
+        views: What is read; none: what `postures` has columns of, else all targets from the world.
+        noise: Standard deviation of each coordinate [m].
+        noise_rotation: Of the orientation about each axis [rad]; None: none is read.
+        repeatability: Of each joint that turns about where it is sent [rad].
+        seed: The same seed gives the same numbers.
+        threads: Cores; the result does not depend on it.
+    """
+    random = np.random.default_rng(seed)
+    turning = np.array([kind == "revolute" for kind in cell.joint_types])
+    q = postures.q + repeatability * turning * random.standard_normal(postures.q.shape)
+    tables = {}
+    for view in known_views(cell, views or postures.views):
+        T = view_poses(cell, q, view, threads)
+        tables[f"position@{view}"] = T[:, :3, 3] + noise * random.standard_normal((len(q), 3))
+        if noise_rotation is not None:
+            turned = T[:, :3, :3] @ rotations_by(noise_rotation * random.standard_normal((len(q), 3)))
+            tables[f"rotation@{view}"] = quaternions(turned)
+    return Readings(postures.q, tables, "simulated", postures.notes)

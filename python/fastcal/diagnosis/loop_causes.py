@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Which constant of a closed loop is not as the robot file says: a rod of another length, a pin in another place.
+
+Every calibration identifies these constants, with all others of the geometry, so none of them is missing from a model.
+What is asked is which one of them is off by more than machining leaves. Whitened rows at the file's geometry are
+
+    y = F b + Z d + e,   e ~ N(0, 1),   d_k ~ N(0, s^2 size_k^2)
+
+F the columns of base, tool, effects and observations, of which nothing is known, Z those of the joints and loops, size
+their plausible errors (1 mm, 1 mrad) and s, how well this robot was built, found from the rows. A cause adds w^2 size^2
+to the variance of its own one to three columns; by it the likelihood, without what F takes (REML, H. Patterson and
+R. Thompson 1971), rises at the best s and w of each by
+
+    gain = 2 (max l(s, w) - max l(s, 0)).
+
+A place or direction of a joint is tried in the same way and never named: where it leads, nothing is. A rod and pins
+that are moved along it are told apart as far as the directions that the rod takes differ; what is not is equivalent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from fastcal import _core
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.reasons import Because, Reason
+from fastcal.diagnosis.result import Finding, NamedValue
+from fastcal.effects.entries import edge_name, edge_unit
+from fastcal.effects.rig_traits import LOOP_GEAR, LOOP_LENGTH, LOOP_PIN, LOOP_TURN
+from fastcal.robot.robot import Robot
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+
+_SPREADS = np.geomspace(1e-3, 30.0, 61)  # s over which the likelihood is looked at [plausible sizes]
+_WIDTHS = np.geomspace(0.05, 100.0, 41)  # w
+_ROUNDING = 1e-9  # of the largest singular value
+_JOINT = "joint"
+
+
+class _Cause(NamedTuple):
+    """One to three columns of the geometry that may be off together; `effect` is "joint" where it has no name."""
+
+    effect: str
+    owner: str
+    columns: list[int]  # of the free parameters
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows without what the columns of unknown size take of them.
+
+    Attributes:
+        y: (k,) in the axes of the columns' singular vectors.
+        Z: (k, K) columns over their plausible sizes.
+    """
+
+    y: FloatArray
+    Z: FloatArray
+    variance: FloatArray  # (k,) squares of the singular values
+
+    @staticmethod
+    def of(F: FloatArray, Z: FloatArray, y: FloatArray) -> _Rows:
+        """Rows (m,) with columns F (m, f) of which nothing is known and Z (m, K)."""
+        U, size, _ = np.linalg.svd(F, full_matrices=False)
+        U = U[:, size > _ROUNDING * max(size.max(initial=0.0), np.finfo(float).tiny)]
+        Z, y = Z - U @ (U.T @ Z), y - U @ (U.T @ y)
+        U, size, Vt = np.linalg.svd(Z, full_matrices=False)
+        kept = size > _ROUNDING * max(size.max(initial=0.0), np.finfo(float).tiny)
+        return _Rows(U.T[kept] @ y, size[kept, np.newaxis] * Vt[kept], size[kept] ** 2)
+
+    def likelihoods(self, columns: Sequence[int] = ()) -> FloatArray:
+        """(S, W) 2 l over _SPREADS and _WIDTHS of these columns; (S, 1) without columns."""
+        V = 1 + _SPREADS[:, np.newaxis] ** 2 * self.variance
+        plain = np.asarray(-(np.log(V) + self.y**2 / V).sum(axis=1)[:, np.newaxis])
+        if not columns:
+            return plain
+        G = self.Z[:, columns]
+        inner = np.einsum("ki,sk,kj->sij", G, 1 / V, G)
+        along = np.einsum("ki,sk->si", G, self.y / V)
+        size, axes = np.linalg.eigh(inner)
+        size, turned = size[:, np.newaxis, :], np.einsum("sij,si->sj", axes, along)[:, np.newaxis, :]
+        w = _WIDTHS[np.newaxis, :, np.newaxis] ** 2
+        return np.asarray(plain + (turned**2 * w / (1 + w * size) - np.log1p(w * size)).sum(axis=2))
+
+    def spread(self) -> float:
+        """How well this robot was built, s, without a cause [plausible sizes]."""
+        return float(_SPREADS[np.argmax(self.likelihoods()[:, 0])])
+
+    def gain(self, cause: _Cause) -> float:
+        """Of one cause."""
+        return float(self.likelihoods(cause.columns).max() - self.likelihoods().max())
+
+    def best(self, columns: Sequence[int]) -> tuple[float, float]:
+        """S and w at which these columns are likeliest to be off together."""
+        at = self.likelihoods(columns)
+        narrow, wide = np.unravel_index(int(at.argmax()), at.shape)
+        return float(_SPREADS[narrow]), float(_WIDTHS[wide])
+
+    def estimate(self, columns: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """The error of these columns and its standard deviation (p,) [plausible sizes], at the best s and w."""
+        s, w = self.best(columns)
+        G = self.Z[:, columns]
+        over = G.T / (1 + s**2 * self.variance)
+        C = np.linalg.inv(over @ G + np.eye(len(columns)) / w**2)  # of what w adds
+        known = s**2 + w**2
+        value = known * (over @ (self.y - G @ (C @ (over @ self.y))))
+        seen = over @ G
+        spread = known * np.eye(len(columns)) - known**2 * (seen - seen @ C @ seen)
+        return np.asarray(value), np.sqrt(np.maximum(np.diag(spread), 0.0))
+
+
+def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_found: bool) -> Finding | None:
+    """The constant of a loop that is surely not as the robot file says; None where there is none, or no loop.
+
+    Args:
+        robot: As its file has it.
+        at: The fit of all that was found.
+        excluded: Names that are not to be given, EFFECT or EFFECT@OWNER.
+        all_found: Does the fit leave nothing without a name? Else it may be in the geometry, and nothing is named.
+    """
+    if not robot.description.loops or not all_found:
+        return None
+    known, size = _sizes(at)
+    causes = _causes(known)
+    F, Z, y, row = _at_the_file(at, size)
+    whole = _Rows.of(F, Z, y)
+    gains = np.array([whole.gain(cause) for cause in causes])
+    first = int(np.argmax(gains))
+    cause, gain = causes[first], float(gains[first])
+    p = min(1.0, float(stats.chi2.sf(max(gain, 0.0), len(cause.columns))) * len(causes))
+    name = f"{cause.effect}@{cause.owner}"
+    if p > rules.ALPHA_RIG or cause.effect == _JOINT or {cause.effect, name} & set(excluded):
+        return None
+    near = [causes[i] for i in np.flatnonzero(gains > gain - rules.RIG_LEAD) if causes[i][:2] != cause[:2]]
+    share, error, stability = _held_out(F, Z, y, row, causes, first)
+    doubts = {
+        Reason.EQUIVALENTS: bool(near),
+        Reason.UNSTABLE: stability < 1,
+        Reason.NAMES_EXCLUDED: bool(excluded),
+    }
+    limits = tuple(Because(reason) for reason, there in doubts.items() if there)
+    value, std = (part * size[np.isfinite(size)][cause.columns] for part in whole.estimate(cause.columns))
+    return Finding(
+        cause.effect,
+        cause.owner,
+        "B" if limits else "A",
+        _shown([known[k] for k in cause.columns], value, std),
+        float(np.sqrt(gain)),
+        p,
+        tuple((other.effect, other.owner) for other in near if other.effect != _JOINT),
+        (share, error),
+        stability,
+        limits,
+    )
+
+
+def _sizes(at: Fit) -> tuple[list[_core.Parameter], FloatArray]:
+    """Parameters of joints and loops among the free ones, and the plausible errors (F,) of all, inf of the others."""
+    size = np.full(len(at.free), np.inf)
+    known = []
+    for k, i in enumerate(at.free):
+        if i < at.problem.own and (p := at.model.parameters[i]).owner not in ("base", "tool"):
+            size[k] = p.sigma
+            known.append(p)
+    return known, size
+
+
+def _at_the_file(at: Fit, size: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.intp]]:
+    """F, Z over plausible sizes, y (m,) at the geometry of the file, and the row of each number."""
+    A, r, row = at.whitened
+    A, r, row = A[row >= 0], r[row >= 0], row[row >= 0]
+    is_inner = np.isfinite(size)
+    away = np.where(is_inner, (at.theta - at.centre)[at.free], 0.0)
+    return A[:, ~is_inner], A[:, is_inner] * size[is_inner], r + A @ away, row
+
+
+def _causes(parameters: Sequence[_core.Parameter]) -> list[_Cause]:
+    """What may be off by itself: of loops a length, a pin, a turn, a gear; of joints a place and a direction."""
+    out: dict[tuple[str, str, str], list[int]] = {}
+    for k, p in enumerate(parameters):
+        if p.owner.startswith("joint"):
+            effect, part = _JOINT, p.unit
+        elif p.name == "length":
+            effect, part = LOOP_LENGTH, ""
+        elif p.name.startswith(("from_", "to_")):
+            effect, part = LOOP_PIN, p.name.partition("_")[0]
+        else:
+            effect, part = (LOOP_TURN if p.name in ("rx", "ry", "rz") else LOOP_GEAR), ""
+        out.setdefault((effect, p.owner, part), []).append(k)
+    return [_Cause(effect, owner, columns) for (effect, owner, _), columns in out.items()]
+
+
+def _shown(parameters: Sequence[_core.Parameter], value: FloatArray, std: FloatArray) -> dict[str, NamedValue]:
+    """How far the numbers are off what the file says."""
+    out = {}
+    for p, v, s in zip(parameters, value.tolist(), std.tolist(), strict=True):
+        unit = edge_unit(p, geometry=True)
+        out[edge_name(p, geometry=True)] = NamedValue(from_si(v, unit), from_si(s, unit))
+    return out
+
+
+def _held_out(
+    F: FloatArray, Z: FloatArray, y: FloatArray, row: NDArray[np.intp], causes: Sequence[_Cause], first: int
+) -> tuple[float, float, float]:
+    """By how much squares of held-out rows are lower with a cause, its standard error; how often it comes first."""
+    rows = np.unique(row)
+    shares, firsts = [], 0
+    for fold in range(rules.FOLDS):
+        held = np.isin(row, rows[fold :: rules.FOLDS])
+        train = _Rows.of(F[~held], Z[~held], y[~held])
+        s = train.spread()
+        narrow, wide = train.best(causes[first].columns)
+        with_it = np.full(Z.shape[1], narrow)
+        with_it[causes[first].columns] = np.hypot(narrow, wide)
+        left = [_left(F, Z * sizes, y, held) for sizes in (with_it, np.full(Z.shape[1], s))]
+        shares.append(1 - left[0] / left[1])
+        firsts += int(np.argmax([train.gain(cause) for cause in causes])) == first
+    return float(np.mean(shares)), float(np.std(shares, ddof=1) / np.sqrt(rules.FOLDS)), firsts / rules.FOLDS
+
+
+def _left(F: FloatArray, Z: FloatArray, y: FloatArray, held: NDArray[np.bool_]) -> float:
+    """Mean square of held-out numbers (their noise is 1) by the other ones, d ~ N(0, 1)."""
+    columns = np.hstack([F, Z])
+    prior = np.hstack([np.zeros((Z.shape[1], F.shape[1])), np.eye(Z.shape[1])])
+    A = np.vstack([columns[~held], prior])
+    found = np.linalg.lstsq(A, np.concatenate([y[~held], np.zeros(len(prior))]), rcond=None)[0]
+    return float(np.mean((y[held] - columns[held] @ found) ** 2))

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Postures and readings of a cell as a table that `load_readings` reads."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.cells.cell import Cell
+from fastcal.cells.readings import Readings
+from fastcal.cells.simulate import CellPrediction
+from fastcal.io.tables import write_csv
+from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
+_AXES, _PARTS = "xyz", "wxyz"
+
+
+def posture_columns(cell: Cell, q: FloatArray) -> dict[str, Any]:
+    """The columns ARM.qN_deg (_mm of a joint that slides) of postures q (N, n)."""
+    units = ["deg" if kind == "revolute" else "mm" for kind in cell.joint_types]
+    names = [titles[0] for titles in cell.joint_columns]
+    return {f"{name}_{unit}": from_si(q[:, i], unit) for i, (name, unit) in enumerate(zip(names, units, strict=True))}
+
+
+def write_readings(path: str | os.PathLike[str], cell: Cell, readings: Readings) -> None:
+    """Writes postures, positions and orientations, whole or not at all."""
+    columns = posture_columns(cell, readings.q)
+    for name, values in readings.tables.items():
+        field, _, view = name.partition("@")
+        columns |= _titled(field, view, values)
+    write_csv(path, columns)
+
+
+def write_cell_prediction(path: str | os.PathLike[str], found: Mapping[str, CellPrediction]) -> None:
+    """Writes `row`, and of each view its position, orientation and standard deviation."""
+    columns: dict[str, Any] = {"row": range(max(len(of.position) for of in found.values()))}
+    for view, of in found.items():
+        columns |= _titled("position", view, of.position) | _titled("rotation", view, of.rotation)
+        columns |= _titled("sigma_position", view, of.sigma_position)
+    write_csv(path, columns)
+
+
+def _titled(field: str, view: str, values: FloatArray) -> dict[str, Any]:
+    if field == "rotation":
+        return {f"q{part}@{view}": values[:, k] for k, part in enumerate(_PARTS)}
+    before = "sigma_" if field == "sigma_position" else ""
+    return {f"{before}{axis}_mm@{view}": from_si(values[:, k], "mm") for k, axis in enumerate(_AXES)}
