@@ -25,6 +25,7 @@ from bench_coverage import wilson
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.simulation import perturbed, random_poses, simulate
+from fastcal.errors import InvalidInput
 from fastcal.io.atomic import write_text
 from fastcal.io.robot_file import load_robot
 from fastcal.robots import available, serial
@@ -36,16 +37,19 @@ FAINT = 1e-3  # of the noise
 
 
 def trial(name: str, seed: int) -> dict[str, float] | None:
-    """Sums of one set; None where it did not converge, or not with the same parameters without noise."""
+    """Sums of one set; None where it is refused or did not converge, or where less noise shows other parameters."""
     random = np.random.default_rng([zlib.crc32(name.encode()), seed])
     arm, poses, noise, tests = (int(random.integers(2**31)) for _ in range(4))
     nominal = load_robot(name)
     truth = perturbed(nominal, seed=arm)
     q = random_poses(truth, POSES, seed=poses)
-    found = calibrate(nominal, simulate(truth, q, noise=NOISE, seed=noise), loss="none", priors=False)
-    names = full_names(found)
-    faint = simulate(truth, q, noise=FAINT * NOISE, seed=noise)
-    there = calibrate(nominal, faint, parameters=names, loss="none", checks=False, priors=False)
+    try:
+        found = calibrate(nominal, simulate(truth, q, noise=NOISE, seed=noise), loss="none", priors=False)
+        names = full_names(found)
+        faint = simulate(truth, q, noise=FAINT * NOISE, seed=noise)
+        there = calibrate(nominal, faint, parameters=names, loss="none", checks=False, priors=False)
+    except InvalidInput:  # a refusal, such as of identified loops that do not close at the start posture
+        return None
     if found.status != "converged" or full_names(there) != names:
         return None
     z = []
@@ -71,12 +75,12 @@ def row_of(trials: list[dict[str, float] | None]) -> dict[str, Any]:
     """What the sets of one robot come to."""
     done = [each for each in trials if each is not None]
     if not done:
-        return {"sets": 0, "not_converged": len(trials)}
+        return {"sets": 0, "left_out": len(trials)}
     counted, hits = (int(sum(each[key] for each in done)) for key in ("counted", "hits"))
     low, high = wilson(hits, counted)
     return {
         "sets": len(done),
-        "not_converged": len(trials) - len(done),
+        "left_out": len(trials) - len(done),
         "counted": counted,
         "covered": hits / counted,
         "low": low,

@@ -47,6 +47,7 @@ FIGURES: tuple[Callable[[], Figure], ...] = (
     load.payload_com,
     load.link_mass,
     load.link_com,
+    load.pin_slack,
     scanned.tool_step,
     scanned.zero_step,
     scanned.posture_backlash,

@@ -11,7 +11,9 @@ import numpy as np
 from drawing import Figure, FloatArray
 from signatures import POINTS, arm, having, joint_error, over_joint, postures, shift
 
+from fastcal.calibration.prediction import predict
 from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
@@ -179,3 +181,20 @@ def gravity_sag() -> Figure:
         q[:, 2] = to_si(elbow, "deg")
         curves.append((name, joint_error(model, 2, q)))
     return Figure("q2 [deg]", "joint 2 [mrad]", way, curves)
+
+
+def pin_slack() -> Figure:
+    """The pin of a palletizer's upper arm over its lower arm's way, on which the load turns."""
+    robot = load_robot("palletizer")
+    entry = {"effect": "pin_slack", "owner": "joint5", "parameters": {"gap_mm": 0.4}}
+    slack = Robot(robot.spec | {"effects": [entry]})
+    way = np.linspace(-30.0, 60.0, POINTS)
+    q = np.zeros((POINTS, robot.joint_count))
+    q[:, 1], q[:, 2] = to_si(30.0, "deg"), to_si(way, "deg")
+    q = robot.assemble(q).q
+    curves = []
+    for payload in (0.0, 150.0):
+        rows = Dataset.from_arrays(q, payload=np.full(POINTS, payload))
+        there, here = (predict(of, rows).position[:, 0] for of in (slack, robot))
+        curves.append((f"{payload:g} kg", from_si(there - here, "mm")))
+    return Figure("q3 [deg]", "tool, forward [mm]", way, curves)

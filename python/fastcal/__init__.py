@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fastcal.calibration.simulation import perturbed, random_poses, simulate
     from fastcal.compensation import Compensation, Targets, compensate, compensate_program, path_accuracy
     from fastcal.conversion import convert
+    from fastcal.conversion.delta_firmware import delta_numbers, firmware_text
     from fastcal.design import design_poses
     from fastcal.diagnosis import Diagnosis, diagnose
     from fastcal.diagnosis.plan import foresee
@@ -95,11 +96,13 @@ _HOMES = {
     "compensate_program": "compensation",
     "configurations": "ik.posture",
     "convert": "conversion",
+    "delta_numbers": "conversion.delta_firmware",
     "design_poses": "design",
     "diagnose": "diagnosis",
     "diagnose_many": "fleet",
     "drop_effects": "robot.dropped_effects",
     "evaluate": "calibration.evaluation",
+    "firmware_text": "conversion.delta_firmware",
     "foresee": "diagnosis.plan",
     "history": "monitoring.history",
     "inertia_load": "ik.inertia_load",
@@ -186,11 +189,13 @@ __all__ = [
     "compensate_program",
     "configurations",
     "convert",
+    "delta_numbers",
     "design_poses",
     "diagnose",
     "diagnose_many",
     "drop_effects",
     "evaluate",
+    "firmware_text",
     "foresee",
     "history",
     "inertia_load",

@@ -19,9 +19,8 @@ from fastcal.calibration.known_lengths import KnownLength
 from fastcal.calibration.shape import Shape
 from fastcal.display import late
 from fastcal.display.shown import Plotted
-from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
+from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise, noise_in_mm
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -123,8 +122,8 @@ class CalibrationResult(Plotted):
 
     @property
     def sigma_mm(self) -> float | None:
-        """`sigma` in mm."""
-        return None if self.sigma is None else from_si(self.sigma, "mm")
+        """`sigma` in mm, or the noise of the lengths that were measured in place of points; None where neither was."""
+        return noise_in_mm(self.noise)
 
     def interval(self, level: float = 0.95) -> FloatArray:
         """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t.

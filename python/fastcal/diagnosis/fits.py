@@ -33,7 +33,7 @@ from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import priors, rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
-from fastcal.diagnosis.problem import Linearization, Problem, with_nuisances
+from fastcal.diagnosis.problem import Linearization, Problem
 from fastcal.diagnosis.projection import basis, root, root_again
 from fastcal.diagnosis.starting_values import carried
 from fastcal.robot.robot import Spec
@@ -258,7 +258,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     """
     added = tuple(added)
     start = None if problem.has_nominal_arm and start is not None and not start.problem.has_nominal_arm else start
-    entries = with_nuisances([*problem.given, *(name.entry for name in added)], problem.start.robot)
+    entries = problem.complete([name.entry for name in added])
     effects = problem.effects(entries)
     model, samples = problem.model(entries, problem.kept, effects)
     places = len(problem.unknowns)

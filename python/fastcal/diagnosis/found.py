@@ -115,7 +115,7 @@ class Found:
         outliers = self._outliers(is_named)
         stands = is_named or (self.written.is_plain and best.suffices)
         few = stands and len(best.names) <= search.most
-        equivalents = search.alternatives(best) if few else [[] for _ in best.names]
+        equivalents = search.alternatives(best) if few else search.known_alternatives(best)
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order if best.names[k] in self.model.state.names]
@@ -275,7 +275,7 @@ class Found:
         doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))
         if grade == "A" and doubts:
             grade, limits = "B", doubts
-        if grade == "B" and self._is_part_of_a_curve(name, remaining):
+        if grade != "C" and self._is_part_of_a_curve(name, remaining):
             grade, limits = "C", (Because(Reason.CURVE_WITHOUT_NAME), *limits)
         if unsure is not None:
             grade = max(grade, "B") if unsure.reason is Reason.CHANGES_OTHERWISE else "C"

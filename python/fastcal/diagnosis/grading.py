@@ -221,6 +221,7 @@ def grade(
             Because(Reason.UNSTABLE, found.stability, rules.GRADE_A_STABILITY),
         ),
         (name.traits.role == "load modifier", Because(Reason.LOAD_MODIFIER)),
+        (name.traits.without_masses, Because(Reason.NO_MASSES)),
     ]
     met = (*(because for is_met, because in limits if is_met), *found.alike)
     return ("B" if met else "A"), met
@@ -238,7 +239,7 @@ def may_be_another(
     A name may make up for the form of a much stronger one, of what remains, or, with others that change with time or
     temperature, for a law that is none of theirs, unless its signal is that of grade A. Waves have one form: none makes
     up for another's. A name behind which most parts of the data do not stand, or what yields to loads more than any
-    arm, does the work of something else.
+    arm, does the work of something else; and what stands for an unknown weight has any law of its load.
 
     Args:
         found: The evidence for it.
@@ -263,6 +264,7 @@ def may_be_another(
             Because(Reason.UNSTABLE, found.stability, rules.GRADE_B_STABILITY),
         ),
         (found.follows_loads and not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
+        (name.traits.without_masses, Because(Reason.NO_MASSES)),
     ]
     return tuple(because for is_met, because in limits if is_met)
 

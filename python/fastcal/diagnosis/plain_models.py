@@ -24,7 +24,7 @@ from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit, is_beyond_bounds
 from fastcal.diagnosis.held_out import REGIONS, STRETCHES, HeldOut, gain, positions
-from fastcal.diagnosis.library import Hypothesis, is_excluded
+from fastcal.diagnosis.library import Hypothesis, is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, Reason
 from fastcal.diagnosis.rivals import Model, Rivals, bare, with_entries
@@ -104,6 +104,8 @@ class Judged:
             arm = said("{arm} alone", arm=arm)
         if held:
             arm = said("{arm}, held near nominal ({size:.2g} mm and mrad, RMS)", arm=arm, size=float(held))
+        if model.fit.problem.is_plain:
+            arm = said("{arm}, without the weight of the arm", arm=arm)
         if self.by_least_squares:
             arm = said("{arm}, by least squares of all rows", arm=arm)
         better = said(
@@ -149,17 +151,18 @@ def _beats(one: Judged, other: Judged, errors: float) -> bool:
 
 
 def _holds_elsewhere(model: Model, found: Model) -> bool:
-    """Do curves of joints predict better where their joints have not been, of all of them together?
+    """Do curves of joints predict better where their joints have not been, by their standard errors on average?
 
-    Rows that share positions of a joint share what is wrong with them; one joint alone decides nothing.
+    Rows that share positions of a joint share what is wrong with them; one joint alone decides nothing: a curve goes
+    astray beyond the last rows of a joint, as far as it likes.
     """
     joints = [entry["owner"] for entry in model.profiles if traits_of(entry["effect"]).role == "curve"]
-    gains = []
+    clear = []
     for joint in joints:
         own, other = (HeldOut(one.fit, owner=joint, as_measured=True).squares() for one in (model, found))
-        gains.append(gain(own, other, positions(found.fit.problem.data, joint)))
-    less, error = np.sum(gains, axis=0) if gains else (1.0, 0.0)
-    return bool(less > rules.MIN_GAIN * error)
+        less, error = gain(own, other, positions(found.fit.problem.data, joint))
+        clear.append(less / max(error, np.finfo(np.float64).tiny))
+    return not clear or bool(np.mean(clear) > rules.MIN_GAIN)
 
 
 def beside_plain(told: Told, written: Judged) -> Told:
@@ -186,21 +189,20 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
     states = [named, start] if few and named.names and not start.suffices else [start]
     for state in states:
         for entries in ([], *richer):
-            for problem in (state.fit.problem, _as_measured(state.fit.problem)):
-                if problem is None or (entries and problem is not state.fit.problem and not few):
+            tried = _beside(state, entries)
+            for problem, is_measured in _ways(state, tried, few=few):
+                if entries and is_measured and not few:
                     continue
-                tried = _beside(state, entries)
                 model = _known(rivals, state, entries, problem) or _with(state, tried, problem)
                 if model is not None and model.profiles:
                     model = rivals.with_what_helps(model)
                 if model is not None:
-                    one = judged(model, is_plain=True, by_least_squares=problem is not state.fit.problem)
+                    one = judged(model, is_plain=True, by_least_squares=is_measured)
                     yield replace(one, is_chosen=len(_laws(model.profiles)) < len(_laws(tried)))
     for size in (_arm_size(start.fit.problem) if few else None, 0.0):
-        for problem in (start.fit.problem, _as_measured(start.fit.problem)):
-            if problem is not None and size is not None:
-                held = SearchNode(fit(replace(problem, arm_size=size), [], start.fit), start.family)
-                yield judged(bare(held), is_plain=True, by_least_squares=problem is not start.fit.problem)
+        for problem, is_measured in _ways(start, [], few=few) if size is not None else ():
+            held = SearchNode(fit(replace(problem, arm_size=size), [], start.fit), start.family)
+            yield judged(bare(held), is_plain=True, by_least_squares=is_measured)
 
 
 def _laws(entries: Sequence[Spec]) -> list[Spec]:
@@ -256,6 +258,21 @@ def _beside(state: SearchNode, entries: Sequence[Spec]) -> list[Spec]:
     """The entries but for those that a set holds already, or something richer."""
     held = {name.key for name in state.names} | {(s, n.owner) for n in state.names for s in n.traits.generalizes}
     return [entry for entry in entries if (entry["effect"], entry["owner"]) not in held]
+
+
+def _ways(state: SearchNode, entries: Sequence[Spec], *, few: bool) -> list[tuple[Problem, bool]]:
+    """How a set with entries beside it is fitted, and whether by least squares: as the search does, or that.
+
+    Of a few rows of an arm without masses each without what its weight does to joints that yield as well: a sag of
+    every such joint, which no one tries with a compliance, costs more than it tells where it hardly shows.
+    """
+    own = state.fit.problem
+    ways = [(problem, problem is not own) for problem in (own, _as_measured(own)) if problem is not None]
+    if not few or not without_masses(own.start.robot):
+        return ways
+    plain = [(replace(problem, is_plain=True), is_measured) for problem, is_measured in ways]
+    added = [*(name.entry for name in state.names), *entries]
+    return ways if plain[0][0].complete(added) == own.complete(added) else [*ways, *plain]
 
 
 def _as_measured(problem: Problem) -> Problem | None:

@@ -90,6 +90,7 @@ class Problem:
         built: Effects of the core, by their entries: each is made once.
         arm_size: Standard deviation by which the geometry is held near nominal, in plausible sizes; 0: base and tool
             alone are fitted. None: it is held as `priors.widest` has it.
+        is_plain: Are names fitted by themselves, as `calibrate` does, without what comes with them (`with_nuisances`)?
         repeatability: Of the joints over the noise of a corner [rad / px], where cameras see boards (`postures`).
     """
 
@@ -104,6 +105,7 @@ class Problem:
     weight: FloatArray | None = None
     built: dict[str, _core.Effect] = field(default_factory=dict)
     arm_size: float | None = None
+    is_plain: bool = False
     repeatability: float | None = None
 
     @property
@@ -214,6 +216,11 @@ class Problem:
     def given(self) -> list[Spec]:
         """Effects that the robot file has."""
         return list(self.start.robot.entries)
+
+    def complete(self, entries: Sequence[Spec]) -> list[Spec]:
+        """Effects of the robot file and these, with what comes with them."""
+        every = [*self.given, *entries]
+        return every if self.is_plain else with_nuisances(every, self.start.robot)
 
     def effects(self, entries: Sequence[Spec]) -> list[_core.Effect]:
         """The entries as the core has them."""

@@ -42,6 +42,7 @@ class Reason(Enum):
     ZERO_CREEPS = "a joint whose zero creeps does the same"
     CURVE_WITHOUT_NAME = "a joint errs by its own position"
     OTHER_FORM = "another form of it does as well"
+    NO_MASSES = "without masses no law of the load shows"
     PART_OF_A_PLAIN_MODEL = "part of a plain model that predicts held-out poses best"
     PLAIN_MODEL_PREDICTS = "not written: a plain model without it predicts held-out poses better"
     MAY_BE_CHANCE = "not written: noise may have made it"
@@ -50,7 +51,7 @@ class Reason(Enum):
 
 
 # Reasons for which a name of grade C may be the cause all the same.
-MAY_BE_ANOTHER = frozenset([Reason.LOOKS_LIKE_OTHERS, Reason.UNSTABLE, Reason.IMPLAUSIBLE])
+MAY_BE_ANOTHER = frozenset([Reason.LOOKS_LIKE_OTHERS, Reason.UNSTABLE, Reason.IMPLAUSIBLE, Reason.NO_MASSES])
 
 
 @dataclass(frozen=True)

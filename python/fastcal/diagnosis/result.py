@@ -21,7 +21,7 @@ from fastcal.diagnosis.reasons import Because, CauseLabel
 from fastcal.display import late
 from fastcal.display.shown import Plotted
 from fastcal.effects.entries import core_options
-from fastcal.measurements.kinds import POINTS, KindMisfit, KindNoise
+from fastcal.measurements.kinds import KindMisfit, KindNoise, noise_in_mm
 from fastcal.robot.robot import Robot, Spec
 
 if TYPE_CHECKING:
@@ -215,14 +215,8 @@ class Diagnosis(Plotted):
 
     @property
     def sigma_mm(self) -> float | None:
-        """Noise of a coordinate; None where no point was measured."""
-        return self.noise[POINTS].kind.shown(self.noise[POINTS].value) if POINTS in self.noise else None
-
-    @property
-    def _sigma_in_mm(self) -> float | None:
-        """Of points, or of the lengths that were measured in their place."""
-        of = self.noise.get(POINTS, self.main_noise)
-        return of.kind.shown(of.value) if of.kind.unit == "mm" else None
+        """Noise of a coordinate, or of the lengths that were measured in place of points; None where neither was."""
+        return noise_in_mm(self.noise)
 
     @property
     def main_noise(self) -> KindNoise:
@@ -285,7 +279,7 @@ class Diagnosis(Plotted):
             "untestable": [vars(u) for u in self.untestable],
             "columns": {name: list(titles) for name, titles in vars(columns_of(self.train.data)).items()},
             "outliers": self.outliers,
-            "sigma_mm": {"value": self._sigma_in_mm, "source": self.sigma_source, "note": self.sigma_note},
+            "sigma_mm": {"value": self.sigma_mm, "source": self.sigma_source, "note": self.sigma_note},
             "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "kinds": {name: of.to_json_dict() for name, of in self.train.kinds.items()},
             "train": self.train.to_json_dict(),

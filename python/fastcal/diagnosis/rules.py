@@ -257,6 +257,18 @@ ALPHA_MOVED_ZERO = 1e-3
 # Standard deviations by which two parameters must differ for what sets a name apart from a simpler one.
 CONTRAST = 5.0
 
+# --- Columns under suspicion ------------------------------------------------------------------------------------------
+# Standard deviations of chi square that noise may leave beyond its degrees of freedom with another reading of a column,
+# and share of what the plain names leave beyond theirs that it may leave at most.
+READING_DEVIATIONS, READING_SHARE = 5.0, 0.5
+# Different payloads up to which two may be exchanged, or one may not be carried: of many some pair fits by chance.
+MAX_PAYLOADS = 4
+# Share of the rows that one payload must have, and leave, to be judged by the others, and share of a mean square below
+# which one is clearly less.
+MIN_PAYLOAD_SHARE, CLEARLY_LESS = 0.15, 0.8
+# Shares by which a load may fall from the first row to the last: what is emptied or used up on the way.
+LOAD_FALLS = (0.25, 0.5, 0.75, 1.0)
+
 # --- Cameras and boards -----------------------------------------------------------------------------------------------
 # Chance that the best of all causes of a rig gains so much by noise alone. Level.
 ALPHA_RIG = 1e-4
@@ -272,6 +284,9 @@ PROFILE_ORDERS, MAIN_ORDER_SHARE = 6, 0.25
 SURROGATE_EVIDENCE, FURTHER_SURROGATE_EVIDENCE = 60.0, 30.0
 # RMS of poses left out with the surrogates over that without, from which on none is added.
 SURROGATE_HELD_OUT = 0.95
+# Share of the noise that a model with a surrogate must leave of rows held out to be compared: less is no prediction,
+# but squares of large errors, linearized at two fits. Where it was real it left 1.18 or more, in nine sets.
+MIN_LEFT = 0.5
 # Surrogates at most.
 MAX_SURROGATES = 3
 # Waves that the sentence lists one by one.

@@ -355,6 +355,11 @@ class Search:
         """For each member of a set that stands, the sets that stand as well with another name in its place."""
         return [self._replacements(best, self.without(best, member), member) for member in best.names]
 
+    def known_alternatives(self, best: SearchNode) -> list[list[SearchNode]]:
+        """As `alternatives`, of the sets that the search has fitted: of many names, to try each takes long."""
+        likely = [s for s in self.seen.values() if not s.impossible and s.bic < best.bic + rules.DECISIVE_BIC]
+        return [[s for s in likely if _exchanges(s, best, n) and s.is_compatible_with(best)] for n in best.names]
+
     def _replacements(self, best: SearchNode, base: SearchNode, member: Hypothesis) -> list[SearchNode]:
         worth = base.fit.remaining - best.fit.remaining
         scores = base.blocks.tests.scores
@@ -387,3 +392,9 @@ class Search:
     def _loads_are_guessed(self, *names: Hypothesis) -> bool:
         """Do names yield to loads in data of one payload? If it did vary, what it did stays significant beside any."""
         return not np.ptp(self.problem.data.payload) and all(not _LOADS.isdisjoint(n.traits.depends_on) for n in names)
+
+
+def _exchanges(state: SearchNode, best: SearchNode, member: Hypothesis) -> bool:
+    """Does a set hold another effect or owner in place of one member of the best, and else the same?"""
+    keys, rest = {name.key for name in state.names}, {name.key for name in best.names if name is not member}
+    return len(state.names) == len(best.names) and rest <= keys and member.key not in keys

@@ -26,8 +26,6 @@ from fastcal.diagnosis.rivals import Model
 
 FloatArray = NDArray[np.float64]
 
-_LEAST_LEFT = 0.5  # of the noise; below, no model predicts any row
-
 
 def best_with_surrogate(written: Judged, simpler: Sequence[Model], level: NoiseLevel, threads: int) -> Judged:
     """The written model, or the simpler one that with its surrogate predicts held-out rows best, if clearly better."""
@@ -43,7 +41,7 @@ def best_with_surrogate(written: Judged, simpler: Sequence[Model], level: NoiseL
             continue
         one = judged(model, is_plain=True)
         left = one.squares - less
-        if np.nanmean(left) < _LEAST_LEFT * _noise(model):
+        if np.nanmean(left) < rules.MIN_LEFT * _noise(model):
             continue  # squares of large errors, linearized at two fits, do not compare
         share, error = gain(left, own, posture_groups(model.fit.problem.data))
         if share > max(lead, rules.MIN_PLAIN_SHARE, rules.MIN_GAIN * error):

@@ -30,12 +30,7 @@ from fastcal.units import from_si, to_si
 FloatArray = NDArray[np.float64]
 
 _POUND = to_si(0.45359237, "kg")
-_DEVIATIONS = 5.0  # of chi square
 _SAME = 0.01  # of a load: within it two are one
-_MOST_LABELS = 4  # different payloads of which two may be exchanged
-_FEW = 0.15  # of the rows: fewer of one payload show nothing
-_CLEARLY = 0.8  # of a mean square
-_FALLS = (0.25, 0.5, 0.75, 1.0)  # shares by which a load may fall from the first row to the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +138,7 @@ def _readings(data: Dataset) -> Iterator[Reading]:
 
     place = np.arange(len(load)) if data.time is None else data.time
     gone = (place - place.min()) / max(float(np.ptp(place)), 1e-300)
-    for share in _FALLS:
+    for share in rules.LOAD_FALLS:
         yield read(f"a load that falls by {share:.0%} from the first row to the last does", load * (1 - share * gone))
     if np.ptp(load) == 0:
         return
@@ -157,7 +152,7 @@ def _readings(data: Dataset) -> Iterator[Reading]:
         first = ", ".join(map(str, rows[:3]))
         values = np.where(np.isin(load, in_pounds), load * _POUND, load)
         yield read(f"rows {first} ..., with {' and '.join(map(_kg, in_pounds))} kg, fit as pounds", values)
-    if len(levels) <= _MOST_LABELS:
+    if len(levels) <= rules.MAX_PAYLOADS:
         for one, other in combinations(levels, 2):
             values = np.where(load == one, other, np.where(load == other, one, load))
             yield read(f"with {_kg(one)} and {_kg(other)} kg exchanged it does", values)
@@ -174,7 +169,7 @@ def _bic(found: Fit, plain: SearchNode) -> float:
 def _leaves_half(found: Fit, plain: Fit) -> bool:
     """And nothing beyond what noise may leave."""
     beyond = found.remaining - found.freedom
-    return found.converged and beyond < min(0.5 * (plain.remaining - plain.freedom), _noise_of(found))
+    return found.converged and beyond < min(rules.READING_SHARE * (plain.remaining - plain.freedom), _noise_of(found))
 
 
 def _labels(plain: SearchNode, best: SearchNode) -> Reading | None:
@@ -189,14 +184,15 @@ def _labels(plain: SearchNode, best: SearchNode) -> Reading | None:
     levels = np.unique(data.payload)
     found: list[Reading] = []
     by_names = min(one.remaining / one.freedom for one in (at, best.fit))
-    for level in levels if len(levels) <= _MOST_LABELS else ():
+    for level in levels if len(levels) <= rules.MAX_PAYLOADS else ():
         among = data.payload == level
-        if not _FEW < among.mean() < 1 - _FEW or not np.ptp(data.payload[~among]) > 0:
+        least = min(among.mean(), 1 - among.mean())
+        if least <= rules.MIN_PAYLOAD_SHARE or not np.ptp(data.payload[~among]) > 0:
             continue
         rest = fit(problem.with_rows(problem.used & ~among), plain.names, at)
         own = rest.remaining / rest.freedom
         is_all = rest.remaining - rest.freedom < _noise_of(rest)
-        if rest.converged and is_all and own < _CLEARLY * by_names and _misses(rest, among, own):
+        if rest.converged and is_all and own < rules.CLEARLY_LESS * by_names and _misses(rest, among, own):
             rows = np.flatnonzero(among)
             first = ", ".join(map(str, rows[:3]))
             words = f"the payload column does not fit rows {first} ..., which have {_kg(level)} kg"
@@ -206,7 +202,7 @@ def _labels(plain: SearchNode, best: SearchNode) -> Reading | None:
 
 def _noise_of(found: Fit) -> float:
     """What noise may leave beyond the degrees of freedom, in chi square."""
-    return _DEVIATIONS * float(np.sqrt(2 * found.freedom))
+    return rules.READING_DEVIATIONS * float(np.sqrt(2 * found.freedom))
 
 
 def _misses(rest: Fit, among: NDArray[np.bool_], own: float) -> bool:
@@ -216,4 +212,4 @@ def _misses(rest: Fit, among: NDArray[np.bool_], own: float) -> bool:
     missed = float(np.mean((every.near.r[here] / every.problem.noise.factor) ** 2))
     J = every.near.J[here][:, rest.free] / every.problem.noise.factor
     expected = own * (1 + float(np.mean(np.sum((J @ rest.covariance) * J, axis=1))))
-    return _CLEARLY * missed > expected
+    return rules.CLEARLY_LESS * missed > expected

@@ -83,6 +83,8 @@ _REASONS = {
     Reason.ZERO_JUMPED: "a jump of the zero of {places} does the same: check its mastering",
     Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
     Reason.OTHER_FORM: "another law would do as well: {subjects}",
+    Reason.NO_MASSES: "the robot file has no masses and the data one payload: they show where the arm yields, and not "
+    "by which law",
     Reason.PART_OF_A_PLAIN_MODEL: "it is in the model because poses that were held out are predicted best with it in "
     "every joint; whether this joint has it is not shown",
     Reason.PLAIN_MODEL_PREDICTS: "it is not in the model: a plain model without it predicts held-out poses "

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
@@ -88,6 +88,12 @@ class KindNoise:
 
     def __str__(self) -> str:
         return self.kind.text(self.value)
+
+
+def noise_in_mm(noise: Mapping[str, KindNoise]) -> float | None:
+    """Of points, or of the lengths that were measured in their place; None where neither was."""
+    of = noise.get(POINTS) or next(iter(noise.values()), None)
+    return of.kind.shown(of.value) if of is not None and of.kind.unit == "mm" else None
 
 
 @dataclass(frozen=True)

@@ -48,8 +48,9 @@ def test_each_kind_has_its_noise_and_its_error_before_and_after(kinds: tuple[str
         expected = NOISE[kind] * WIDTH[kind] ** 0.5 / factor(unit)  # less what the parameters take
         assert 0.6 * expected < block["after"]["rms"] < 1.2 * expected
         assert 3 * expected < block["before"]["rms"] if kind != "orientation" else expected < block["before"]["rms"]
-    assert (content["sigma_mm"] is not None) == ("position" in kinds)
     main = "position" if "position" in kinds else next(iter(content["train"]["kinds"]))  # or lengths in their place
+    in_mm = content["noise"][main]["value"] if kind_named(main).unit == "mm" else None
+    assert content["sigma_mm"] == found.sigma_mm == in_mm
     for when in ("before", "after"):
         in_mm = content["train"]["kinds"][main][when] if kind_named(main).unit == "mm" else None
         assert content["train"][f"{when}_mm"] == in_mm
@@ -216,7 +217,8 @@ def test_a_diagnosis_without_points_speaks_of_its_own_kind(kind: str) -> None:
     found = fastcal.diagnose(robot(), read((kind,), 120, 3))
     content = found.to_json_dict()
     unit = kind_named(kind).unit
-    assert (content["sigma_mm"]["value"] is None) == (unit != "mm")
+    assert content["sigma_mm"]["value"] == found.sigma_mm
+    assert found.sigma_mm == (content["noise"][kind]["value"] if unit == "mm" else None)
     assert (content["gap"][0]["train_rms_mm"] is None) == (unit != "mm")
     assert content["gap"][0]["kinds"][kind]["unit"] == unit
     assert f"{unit}." in found.sentence

@@ -4,12 +4,14 @@
 
 from types import SimpleNamespace
 from typing import Any
+from unittest import mock
 
 import pytest
 
-from fastcal.diagnosis import adaptation
+from fastcal.diagnosis import adaptation, grading
 from fastcal.diagnosis.found import Found
 from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Diagnosis, Finding, NamedValue, Unexplained
 
 
@@ -63,3 +65,23 @@ def test_a_wave_beside_a_curve_of_its_joint_is_no_cause_by_itself(
     found: Any = SimpleNamespace(model=SimpleNamespace(profiles=profiles))
     name = Hypothesis({"effect": effect, "owner": "joint2"})
     assert Found._is_part_of_a_curve(found, name, remaining) is is_part
+
+
+@pytest.mark.parametrize(("is_part", "grade"), [(True, "C"), (False, "A")])
+def test_however_clear_it_is(monkeypatch: pytest.MonkeyPatch, is_part: bool, grade: str) -> None:
+    """Else what made it less sure afterwards, another name beside it, left it a cause of grade B."""
+    wave = Hypothesis({"effect": "gear_harmonic", "owner": "joint2", "order": 6.0}, "order=6")
+    monkeypatch.setattr(grading, "grade", lambda *_: ("A", ()))
+    monkeypatch.setattr(grading, "may_be_another", lambda *_: ())
+    monkeypatch.setattr(adaptation, "values", lambda *_: {})
+    monkeypatch.setattr("fastcal.diagnosis.found.is_beyond_bounds", lambda *_: False)
+    monkeypatch.setattr("fastcal.diagnosis.found.over_claim", lambda *_: 1.0)
+    found: Any = mock.MagicMock()
+    found.best.names, found.told.unsure, found.written.is_plain = [wave], {}, False
+    found.best.fit.effect.return_value.data_columns = []
+    found.offered.excluded, found.search.most = frozenset(), 4
+    found._is_part_of_a_curve.return_value, found._chance.return_value = is_part, 0.0
+    proof = SimpleNamespace(statistic=2500.0, rank=2, gain=(0.5, 0.1), stability=1.0)
+    finding = Found._finding(found, 0, [proof], [], found, None)  # type: ignore[list-item]
+    assert finding.grade == grade
+    assert [because.reason for because in finding.limits] == [Reason.CURVE_WITHOUT_NAME] * is_part

@@ -6,13 +6,15 @@ import copy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
 
 from fastcal import Robot, calibrate, load_robot, perturbed, random_poses, simulate
-from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis import Diagnosis, diagnose, plain_models
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_out import HeldOut
 from fastcal.diagnosis.plain_models import best_of_all, judged
@@ -190,3 +192,25 @@ def test_a_gap_that_is_closed_looks_closed_without_test_poses() -> None:
     lines = found.summary().splitlines()
     assert lines[-1].startswith("next: ")
     assert any(line.startswith("gap on poses held out of the fit: ") for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("gains", "holds"),
+    [
+        ([], True),
+        ([(0.8, 0.1)] * 5 + [(-1.5, 0.9)], True),
+        ([(0.1, 0.1)] * 6, False),
+        ([(-0.2, 0.1)] * 5 + [(0.8, 0.1)], False),
+    ],
+)
+def test_one_joint_whose_curve_goes_astray_decides_nothing(gains: list[tuple[float, float]], holds: bool) -> None:
+    """Beyond the last rows of a joint a curve may be off by more than all others gain."""
+    profiles = [{"effect": "joint_profile", "owner": f"joint{i + 1}"} for i in range(len(gains))]
+    fit = SimpleNamespace(problem=SimpleNamespace(data=None))
+    model, found = SimpleNamespace(profiles=profiles, fit=fit), SimpleNamespace(profiles=[], fit=fit)
+    with (
+        mock.patch.object(plain_models, "HeldOut"),
+        mock.patch.object(plain_models, "positions"),
+        mock.patch.object(plain_models, "gain", side_effect=gains),
+    ):
+        assert plain_models._holds_elsewhere(model, found) is holds

@@ -94,8 +94,9 @@ def arm(with_masses: bool = True) -> Robot:
 
 @cache
 def arm_with(name: str) -> Robot:
-    """An arm that has owners for the effect: beams need a structure."""
-    return arm() if effect_owners(name, arm().core) else load_robot("spray_7dof")
+    """An arm that has owners for the effect: beams need a structure, slack a pin of a closed loop."""
+    others = (load_robot(other) for other in ("spray_7dof", "palletizer"))
+    return next(robot for robot in (arm(), *others) if effect_owners(name, robot.core))
 
 
 @cache

@@ -63,3 +63,17 @@ def test_sag_is_offered_alone_where_no_payload_shows_compliance(bare: Robot) -> 
     assert "gravity_sag" not in {
         name.effect for name in build_library(load_robot("pmc6va030"), poses(bare, [5.0])).names
     }
+
+
+def test_of_few_rows_a_name_is_tried_without_the_sag_that_comes_with_it(bare: Robot) -> None:
+    """An arm that weighs nothing does not sag: what its weight might do is fitted to noise."""
+    spec: dict[str, Any] = dict(perturbed(bare, seed=6, length=2e-4, angle=2e-4).spec)
+    spec["effects"] = [
+        {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": {"value": 2e-6}}}
+    ]
+    few = poses(bare, [0.0, 15.0, 30.0]).select(np.arange(40))
+    found = diagnose(bare, simulate(Robot(spec), few, noise=NOISE, seed=9))
+    assert [f.label for f in found.effects] == ["joint_compliance@joint2"]
+    assert found.plain is not None
+    assert "what was named, without the weight of the arm" in found.plain
+    assert [entry["effect"] for entry in found.model.spec["effects"]] == ["joint_compliance"]

@@ -116,6 +116,16 @@ def a_name_that_most_parts_do_not_bear_out_may_be_another() -> None:
     assert reasons(is_plausible=False) == []  # worn gears have any backlash
 
 
+@falls_with(GRADE_A_SNR_LOADS=0.0)
+def a_sag_without_masses_is_a_place_and_no_law() -> None:
+    sag = name(1, "gravity_sag")
+    found, why = grading.grade(replace(SURE, follows_loads=True, statistic=38.0**2), sag, (), False)
+    assert found == "B"
+    assert [because.reason for because in why] == [Reason.WEAK_SIGNAL, Reason.NO_MASSES]
+    assert grading.grade(SURE, sag, (), False)[0] == "B"
+    assert [because.reason for because in grading.may_be_another(SURE, sag, (), (), False)] == [Reason.NO_MASSES]
+
+
 @falls_with(MAX_PLAUSIBLE_SIZE=0.0)
 @falls_with(MAX_PLAUSIBLE_SIZE=np.inf)
 def a_size_that_no_arm_has_does_the_work_of_something_else() -> None:

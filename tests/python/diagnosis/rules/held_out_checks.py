@@ -294,6 +294,7 @@ def _with_surrogate(share: float, error: float, rows: int = ROWS) -> surrogate_b
     fits = [mock.MagicMock() for _ in range(2)]
     for at in fits:
         at.problem.rows, at.problem.noise.factor, at.problem.arm_size = np.arange(rows), 1.0, None
+        at.near.r = np.ones(rows)
         at.problem.data.measured = every
         at.problem.data.__len__.return_value = rows
     rich, simple = (SimpleNamespace(fit=at, reaches=every) for at in fits)
@@ -321,6 +322,13 @@ def a_simpler_model_with_its_surrogate_is_written_where_it_predicts_clearly_bett
     assert best.lead == pytest.approx(0.4)
     assert not _with_surrogate(0.15, 0.1).has_surrogate
     assert not _with_surrogate(0.02, 0.001).has_surrogate
+
+
+@falls_with(MIN_LEFT=0.0)
+@falls_with(MIN_LEFT=1.0)
+def no_surrogate_predicts_less_than_the_noise() -> None:
+    assert _with_surrogate(0.4, 0.1).has_surrogate
+    assert not _with_surrogate(0.7, 0.1).has_surrogate
 
 
 @falls_with(CHOSEN_AGAIN_ROWS=100)

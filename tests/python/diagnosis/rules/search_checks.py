@@ -199,6 +199,18 @@ def a_name_that_looks_alike_is_an_equivalent() -> None:
     assert [[other.names for other in others] for others in found] == [[(names[1],)]]
 
 
+@falls_with(DECISIVE_BIC=0.0)
+def of_many_names_what_was_fitted_on_the_way_is_an_equivalent() -> None:
+    for alike, expected in ((0.9999, 1), (0.5, 0)):
+        world, names = likeness_world(alike)
+        with world.search() as search:
+            best, other = (search.state([n, names[2]], search.start) for n in names[:2])
+            best, other = sorted((best, other), key=lambda state: state.bic)
+            (others, none) = search.known_alternatives(best)
+        assert others == [other][:expected]
+        assert none == []
+
+
 @falls_with(REPLACEMENT_SHARE=0.0)
 def a_name_that_explains_too_little_is_not_even_fitted() -> None:
     world, names = likeness_world(0.5)

@@ -7,6 +7,7 @@ import pytest
 from fastcal.diagnosis import rules
 
 from . import (  # noqa: F401
+    column_checks,
     fit_checks,
     grade_checks,
     held_out_checks,

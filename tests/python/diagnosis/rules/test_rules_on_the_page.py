@@ -36,6 +36,7 @@ ANSWERED = {
     Reason.SHADOW: "an unexplained error",
     Reason.LOAD_MODIFIER: "look-alikes",
     Reason.OTHER_FORM: "look-alikes",
+    Reason.NO_MASSES: "the robot file has no masses",
     Reason.IMPLAUSIBLE: "its size is implausible",
     Reason.TURNED_DIRECTION: "its lost motion negative",
     Reason.MAY_BE_CHANCE: "may be chance",

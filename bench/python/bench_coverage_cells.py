@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Do 95 % intervals hold the truth for the places and arms of a cell, and for an axis found by a few readings?
+
+Each set has two arms on a column that turns and a target on each, all off from their file by half a plausible size, and
+postures with noise, positions and orientations of the targets from the world. Which parameters the gauge holds is no
+matter of noise, and what a held one is off moves into others: so the truth of a set is what the same readings with a
+thousandth of their noise give for the very same parameters. (A sensor on an arm is placed in closed form first, and
+what the gauge then holds depends on the noise: it is left out.) A turntable in its own cell is placed by twelve
+readings.
+
+    python bench/python/bench_coverage_cells.py [--sets 20] [--jobs N] [--first 0] [--out FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+from bench_coverage import GOAL, wilson
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from fastcal.calibration.result import IdentifiedParameter
+from fastcal.cells.calibrate import calibrate_cell
+from fastcal.cells.cell import Arm, Cell, Point
+from fastcal.cells.place import place_axis
+from fastcal.cells.readings import Readings
+from fastcal.cells.simulate import simulate_cell
+from fastcal.io.atomic import write_text
+from fastcal.io.robot_file import load_robot
+from fastcal.place import place_of
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+POSTURES, TOUCHES = 150, 12
+NOISE, NOISE_TURN, FAINT = 3e-5, 1e-4, 1e-3  # [m, rad] of a reading; share of it in the truth
+VIEWS = ("smr", "tag")
+PARTS = ("arms", "places", "turns", "axis", "ratio")
+ZERO = {"xyz_mm": [0.0, 0.0, 0.0], "rpy_deg": [0.0, 0.0, 0.0]}
+
+
+def axis(name: str, kind: str = "revolute") -> Robot:
+    """An arm of one joint."""
+    row: dict[str, Any] = {"type": kind, "theta_deg": 0.0, "d_mm": 500.0, "a_mm": 0.0, "alpha_deg": 0.0}
+    return load_robot({"name": name, "kinematics": "dh", "joints": [row]})
+
+
+def two_arms() -> Cell:
+    """As its file has it."""
+
+    def arm(name: str, robot: Robot, on: str, xyz: list[float], roll: float) -> Arm:
+        return Arm(name, robot.with_(base={"xyz_mm": xyz, "rpy_deg": [roll, 0.0, 0.0]}), on)
+
+    arms = (
+        arm("column", axis("column"), "world", [10.0, 20.0, 0.0], 0.0),
+        arm("left", load_robot("ur5"), "column.link1", [0.0, 200.0, 100.0], -50.0),
+        arm("right", load_robot("ur10"), "column.link1", [0.0, -200.0, 100.0], 50.0),
+    )
+    points = (
+        Point("smr", "target", "left.link6", ZERO | {"xyz_mm": [40.0, 10.0, 120.0]}),
+        Point("tag", "target", "right.link6", ZERO | {"xyz_mm": [-30.0, 20.0, 100.0]}),
+    )
+    return Cell("two_arms", arms, points)
+
+
+def disturbed(cell: Cell, random: np.random.Generator) -> Cell:
+    """Off by half a plausible size."""
+    start = np.asarray(cell.core.nominal)
+    return cell.with_values(start + 0.5 * random.standard_normal(len(start)) * [p.sigma for p in cell.core.parameters])
+
+
+def trial(seed: int) -> dict[str, list[tuple[float, bool]]] | None:
+    """Misses in deviations by part, and whether the interval holds the truth; None where it did not converge."""
+    random = np.random.default_rng([45, seed])
+    cell = two_arms()
+    true = disturbed(cell, random)
+    q = random.uniform(-1.5, 1.5, (POSTURES, len(cell.joint_columns)))
+
+    def read(scale: float) -> Readings:
+        return simulate_cell(
+            true, Readings(q, {}, "q"), VIEWS, noise=scale * NOISE, noise_rotation=scale * NOISE_TURN, seed=seed
+        )
+
+    found, there = calibrate_cell(cell, read(1.0)), calibrate_cell(cell, read(FAINT))
+    if found.status != "converged" or found.held or labels(found.parameters) != labels(there.parameters):
+        return None
+    out: dict[str, list[tuple[float, bool]]] = {part: [] for part in PARTS}
+    within = float(student.ppf(0.975, found.degrees_of_freedom))
+    for p, other in zip(found.parameters, there.parameters, strict=True):
+        off = (p.value - other.value) / p.std
+        out[part_of(p.owner, p.unit)].append((off, bool(abs(off) <= within)))
+    for part, own in placed(random, seed).items():
+        out[part] += own
+    return out
+
+
+def placed(random: np.random.Generator, seed: int) -> dict[str, list[tuple[float, bool]]]:
+    """The same of a turntable and its ratio."""
+    mark = Point("mark", "target", "table.link1", ZERO | {"xyz_mm": [150.0, 60.0, 30.0]})
+    cell = Cell("table", (Arm("table", axis("table")),), (mark,))
+    true = disturbed(cell, random)
+    q = np.linspace(-2.5, 2.5, TOUCHES)[:, np.newaxis]
+    ratio = random.normal(0, 3e-4)
+    there = Readings(q * (1 + ratio), {}, "q")
+
+    def found(scale: float) -> Any:
+        return place_axis(cell, replace(simulate_cell(true, there, noise=scale * NOISE, seed=seed), q=q))
+
+    with_noise, without = found(1.0), found(FAINT)
+    out: dict[str, list[tuple[float, bool]]] = {"axis": [], "ratio": []}
+    for of, other in zip(with_noise.members, without.members, strict=True):
+        pairs = [*zip(of.xyz_mm, of.std_mm, other.xyz_mm, strict=True)]
+        pairs += zip(of.rpy_deg, of.std_deg, other.rpy_deg, strict=True)
+        out["axis"] += [((a - b) / std, bool(abs(a - b) <= 1.96 * std)) for a, std, b in pairs if std]
+    error, std = with_noise.ratio
+    out["ratio"].append(((error - ratio) / std, bool(abs(error - ratio) <= 1.96 * std)))
+    return out
+
+
+def labels(parameters: list[IdentifiedParameter]) -> list[tuple[str, str]]:
+    """Owner and name of what was identified."""
+    return [(p.owner, p.name) for p in parameters]
+
+
+def part_of(owner: str, unit: str) -> str:
+    """Which of PARTS a parameter is of."""
+    if place_of(owner).kind in ("joint", "link"):
+        return "arms"
+    return "places" if unit == "mm" else "turns"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sets", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--out", type=Path)
+    given = parser.parse_args()
+    seeds = range(given.first, given.first + given.sets)
+    trials = joblib.Parallel(given.jobs)(joblib.delayed(trial)(seed) for seed in seeds)
+    good = [of for of in trials if of is not None]
+    rows: dict[str, dict[str, float]] = {}
+    print(f"{given.sets} sets, {given.sets - len(good)} of them did not converge, were held or held other parameters")
+    for part in PARTS:
+        each = [pair for of in good for pair in of[part]]
+        hits = sum(hit for _, hit in each)
+        low, high = wilson(hits, len(each))
+        rms = float(np.sqrt(np.mean([off**2 for off, _ in each])))
+        rows[part] = {
+            "counted": len(each),
+            "covered": hits / len(each),
+            "low": low,
+            "high": high,
+            "rms_deviations": rms,
+        }
+        inside = "" if GOAL[0] <= hits / len(each) <= GOAL[1] else "  outside 93 to 97 %"
+        print(f"{part:8s} {len(each):6d} {hits / len(each):.3f} [{low:.3f}, {high:.3f}] RMS {rms:.2f}{inside}")
+    if given.out:
+        counted = {"sets": given.sets, "first": given.first, "not_counted": given.sets - len(good), "parts": rows}
+        write_text(given.out, json.dumps(counted, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
