@@ -86,7 +86,11 @@ OWNERS: dict[str, tuple[str, ...]] = {
 }
 # They describe an arm without masses, with loops, a history, an instrument or a side that nobody recorded, and have
 # recovery tests of their own.
-ELSEWHERE = {"friction", "gravity_sag", "pin_slack", "posture_backlash"} | {
+ELSEWHERE = {
+    "friction",
+    "gravity_sag",
+    "pin_slack",
+    "posture_backlash",
     "settling",
     "surrogate",
     "tracker_angle",
