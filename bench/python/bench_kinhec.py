@@ -5,8 +5,9 @@
 Every solver gets the same poses (KinHEC's own keyframes; clocks of asynchronous streams set by the true offset): pairs
 A, B with A X = Y B. fastcal gets them as a cell of an arm of poses. What counts is how far X is from the true one, mm
 and degrees, the median over the sessions of a level, and `best` is at each level whichever of KinHEC's solvers is best
-there, which nobody can know beforehand. "Undetermined": fastcal says that these motions do not show X, because what it
-holds or what it knows is more than UNKNOWN.
+there, which nobody can know beforehand; `single` are the medians over the levels of a track of what each of them,
+chosen once for all, and fastcal are off, in times the best. "Undetermined": fastcal says that these motions do not show
+X, because what it holds or what it knows is more than UNKNOWN.
 
     python bench/python/bench_kinhec.py [--tracks outliers,motion] [--data FOLDER] [--seed S] [--out FILE]
 
@@ -136,11 +137,30 @@ def level_rows(found: list[dict[str, Any]]) -> list[dict[str, Any]]:
         medians = {name: np.median([errors[name] for errors in own], axis=0) for name in own[0]}
         mine = medians.pop("fastcal")
         row: dict[str, Any] = {"track": track, "level": level, "sessions": len(own)}
+        row["medians"] = {name: [float(of) for of in median] for name, median in medians.items()}
         for k, unit in enumerate(("mm", "deg")):
             best = min(medians, key=lambda name: float(medians[name][k]))
             row |= {unit: float(mine[k]), f"best_{unit}": float(medians[best][k]), f"best_by_{unit}": best}
         said = [of["undetermined"] for of in found if (of["track"], of["level"]) == (track, level)]
         out.append(row | {"undetermined": int(sum(said))})
+    return out
+
+
+def single(rows: list[dict[str, Any]]) -> dict[str, dict[str, list[float]]]:
+    """Of each track and solver the medians over determined levels of shift and turn, times the best at each level."""
+    out: dict[str, dict[str, list[float]]] = {}
+    for track in dict.fromkeys(row["track"] for row in rows):
+        own = [row for row in rows if row["track"] == track and not row["undetermined"]]
+        times = {
+            name: [
+                [m / row[f"best_{u}"] for m, u in zip(of, ("mm", "deg"), strict=True)]
+                for row in own
+                for of in [row["medians"][name]]
+            ]
+            for name in (own[0]["medians"] if own else ())
+        }
+        times["fastcal"] = [[row[u] / row[f"best_{u}"] for u in ("mm", "deg")] for row in own]
+        out[track] = {name: [float(np.median(k)) for k in zip(*of, strict=True)] for name, of in times.items() if of}
     return out
 
 
@@ -167,8 +187,14 @@ def main() -> int:
             f"({row['best_by_deg']}), undetermined {row['undetermined']} of {row['sessions']}",
             flush=True,
         )
+    alone = single(rows)
+    for track, times in alone.items():
+        told = ", ".join(f"{name} {shift:.2f}" for name, (shift, _) in sorted(times.items(), key=lambda of: of[1]))
+        print(f"{track}: shift, times the best at each level, median: {told}")
     if given.out is not None:
-        write_text(given.out, json.dumps({"tier": _TIER, "seed": given.seed, "levels": rows}, indent=1) + "\n")
+        write_text(
+            given.out, json.dumps({"tier": _TIER, "seed": given.seed, "levels": rows, "single": alone}, indent=1) + "\n"
+        )
     return 0
 
 

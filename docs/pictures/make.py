@@ -56,7 +56,8 @@ def studio() -> None:
     with tempfile.TemporaryDirectory() as folder:
         tests = HERE.parents[1] / "tests" / "python" / "studio"
         environment = {**os.environ, "FASTCAL_STUDIO_SHOTS": folder}
-        command = [sys.executable, "-m", "pytest", "-q", str(tests)]
+        driving = [str(tests / name) for name in ("test_screens.py", "test_more_screens.py")]
+        command = [sys.executable, "-m", "pytest", "-q", *driving]
         subprocess.run(command, check=True, env=environment)  # noqa: S603 - our own tests
         for shot in sorted(Path(folder).glob("*.png")):
             picture = Image.open(shot).convert("RGB")
@@ -124,6 +125,22 @@ def acceptance(folder: Path) -> None:
     photograph(folder / "acceptance" / "report.html", "acceptance", 1250)
 
 
+def fleet(folder: Path) -> None:
+    """Twenty arms, one of which stands out: its reducer of joint 2 yields five times as much."""
+    nominal = fastcal.load_robot("ur5e")
+    lines = ["robot,data,name"]
+    for arm in range(1, 21):
+        compliance = 2e-5 if arm == 7 else 4e-6
+        entry = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": compliance}}
+        real = fastcal.perturbed(nominal.with_(effects=[entry]), seed=arm)
+        data = fastcal.simulate(real, fastcal.random_poses(nominal, 40, seed=arm), noise=3e-5, seed=arm)
+        fastcal.write_measurements(folder / f"cell_{arm}.csv", data, nominal.joint_types)
+        lines.append(f"ur5e,cell_{arm}.csv,cell_{arm}")
+    (folder / "arms.csv").write_text("\n".join([*lines, ""]))
+    run("fleet", folder / "arms.csv", "--reports", "-o", folder / "fleet")
+    photograph(folder / "fleet" / "report.html", "fleet", 1250)
+
+
 def main() -> None:
     """Takes all pictures."""
     studio()
@@ -135,6 +152,7 @@ def main() -> None:
         photograph(folder / "demo" / "report.html", "calibration", 1250)
         acceptance(folder)
         months_after(folder)
+        fleet(folder)
         nominal, data, test = flawed_arm()
         result = fastcal.calibrate(nominal, data, test=test)
         figure = result.plot_residuals("q2")

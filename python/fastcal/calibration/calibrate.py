@@ -66,6 +66,7 @@ from fastcal.robot.identified_spec import identified_spec
 from fastcal.robot.made_by import made_by
 from fastcal.robot.rig import with_found
 from fastcal.robot.robot import Robot
+from fastcal.said import said
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -151,11 +152,11 @@ def calibrate(
     test = None if test is None else of_unknown_order(as_data(test, robot))
     origin = made_by(robot, given, who)
     report = progress or (lambda text: None)
-    report("looking at the columns")
+    report(said("looking at the columns"))
     looked = judged_pictures(robot, data, mend=mend, threads=threads) if checks else Pictures(data)
     data = looked.data
     suspected = [*check_postures(data, parameters), *(check_columns(robot, data, as_read=as_read) if checks else [])]
-    report("aligning base and tool")
+    report(said("aligning base and tool"))
     problem = prepare(
         robot,
         data,
@@ -167,7 +168,7 @@ def calibrate(
         long=long,
     )
 
-    report("identifying")
+    report(said("identifying"))
     problem = fill_unset_options(with_critical_loads(problem))
     way = Way(method, max_iterations, bool(priors), priors is None and parameters is None, checks)
     fit = best_fit(problem, way, len(given))
@@ -176,7 +177,7 @@ def calibrate(
     agrees_on_nothing = bool(suspected) and found.status == "converged" and fit.status == "not_converged"
 
     few = saturated(data, found) if long is None and not priors else None
-    report("reporting")
+    report(said("reporting"))
     start, model, names = problem.robot, problem.model, problem.names
     before = nominal_arm(problem)
     found_spec = identified_spec(start, model, found)

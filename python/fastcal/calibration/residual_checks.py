@@ -14,11 +14,12 @@ from fastcal.calibration.alignment import measurements
 from fastcal.calibration.asked_conditions import Explained, Word, condition_that_explains, reading
 from fastcal.calibration.gross_rows import Refit, majority
 from fastcal.calibration.lack_of_fit import points_depend, readings_depend
+from fastcal.calibration.lens_columns import lens_columns, lens_note
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.calibration.serial_correlation import SerialCorrelation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
-from fastcal.measurements.dataset import Dataset
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.kinds import POINTS, Kind, in_order
 from fastcal.measurements.observations import without_measured
 
@@ -82,7 +83,7 @@ def cleared(problem: CalibrationProblem, found: _core.Identification, refit: Ref
     if near is None:
         return Cleared(problem, found, problem)
     out = Cleared(problem, found, problem)
-    found_shift = moved_part(near, problem.model, problem.data)
+    found_shift = moved_part(near, problem)
     if found_shift is not None:
         shift, kind = found_shift
         word, effect = reading(problem, near.only(kind), shift)
@@ -120,6 +121,7 @@ def _without_part(
     if loose and moved > (BENT * np.linalg.norm(left.residual[late])) ** 2:
         return Cleared(problem, found, problem)  # no move of a body: an effect that the model lacks
     size = left.scale_of(kind) * float(np.sqrt(np.sum(left.residual[late & left.of(kind)] ** 2) / len(rows)))
+    size /= np.sqrt(_readings_a_row(left, kind))
     note = shift_note(replace(shift, size=size), count, kind, is_used=False)
     return Cleared(part, again, part, rows.tolist(), notes=[note])
 
@@ -130,11 +132,13 @@ def _bent(frames: FloatArray, residual: FloatArray, late: NDArray[np.bool_]) -> 
     return float(np.sum((r - J @ np.linalg.lstsq(J, r, rcond=1e-10)[0]) ** 2))
 
 
-def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple[Shift, Kind] | None:
+def moved_part(near: Residuals, problem: CalibrationProblem) -> tuple[Shift, Kind] | None:
     """Where the tracker, the base or the target moved, and the kind that shows it; None where labels say it."""
+    data = problem.data
     if data.station is not None or data.mount is not None:
         return None
-    own = len(model.robot.parameters)
+    own = len(problem.model.robot.parameters)
+    lens = lens_columns(problem, near)  # one that is not as the file says looks like a move of what it sees
     turned = data.rotation is not None
     motions = [near.J[:, :6], near.J[:, own - 6 : own if turned else own - 3]]
     for kind in in_order(set(near.kind_of_number)):  # one that stands still would hide what another shows
@@ -145,10 +149,19 @@ def moved_part(near: Residuals, model: _core.ErrorModel, data: Dataset) -> tuple
         if not columns:
             continue
         residual, row = near.residual[of_kind], near.row[of_kind]
-        shift = find_shift(J[:, near.free][:, seen], columns, residual, row, near.scale_of(kind))
+        fitted = J[:, near.free][:, seen]
+        if lens is not None:
+            fitted = np.hstack([fitted, lens.columns[of_kind]])
+        shift = find_shift(fitted, columns, residual, row, near.scale_of(kind))
         if shift is not None:
-            return shift, kind
+            return replace(shift, size=shift.size / np.sqrt(_readings_a_row(near, kind))), kind
     return None
+
+
+def _readings_a_row(near: Residuals, kind: Kind) -> float:
+    """Of corners a row has many, and a size is told of one."""
+    of_kind = near.of(kind)
+    return float(of_kind.sum() / 2 / len(np.unique(near.row[of_kind]))) if kind.name == CORNERS else 1.0
 
 
 def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
@@ -203,6 +216,8 @@ def noise_and_posture(
             f"allow for it"
         )
         serial = replace(serial, covariance=serial.covariance / np.outer(scale, scale))
+    if (lens := lens_note(problem, near)) is not None:
+        notes.append(lens)
     whole = np.bincount(row, minlength=len(data)) == 3
     if near.kind_of_number == [near.kind] * 3 and np.sum(whole) * 3 == len(residual) and data.position is not None:
         p = points_depend(J, residual, np.flatnonzero(whole), problem.robot, data)
@@ -211,6 +226,8 @@ def noise_and_posture(
     if p < CHANCE:
         effect = condition_that_explains(problem, near)
         more = "`fastcal diagnose` looks for it"
+        if problem.robot.of_poses:
+            more = "the controller's poses, the lens or the board's size may be off"
         if effect is not None:
             more = f"they depend on {effect.said}: ask for it with --effects {effect.asked}"
         caveats.append(

@@ -18,6 +18,7 @@ from fastcal.calibration.kind_noise import noise_by_kind
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
 from fastcal.calibration.unknowns import unknowns_found
 from fastcal.cells.asked import asked_parameters, priors
+from fastcal.cells.axis_noise import noise_of_axes, with_axis_noise
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.placements import Placement, placements
@@ -140,6 +141,14 @@ def calibrate_cell(
     found = _identified(start, used, asked, places, sizes, loss, threads)
     measured = used.measured(start)
     model = _there(start, measured, found)
+    noise = noise_by_kind(measured, found)
+    kept = np.setdiff1d(np.arange(len(used)), found.outliers)
+    weighed, by_axis = with_axis_noise(used, view_errors(model, used.pick(kept)))
+    if by_axis and found.status == "converged":
+        found = _identified(start, weighed, asked, places, sizes, loss, threads)
+        measured = weighed.measured(start)
+        model = _there(start, measured, found)
+        noise = noise_of_axes(noise, weighed, by_axis)
     model = replace(model, records=way_records(model, readings, threads))
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
@@ -157,7 +166,7 @@ def calibrate_cell(
         ],
         rank=found.rank,
         degrees_of_freedom=found.degrees_of_freedom,
-        noise=noise_by_kind(measured, found),
+        noise=noise,
         outliers=sorted({*found.outliers, *wrong}),
         train=kind_errors(model, readings, before),
         views=view_errors(model, readings, before),

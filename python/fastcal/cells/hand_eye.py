@@ -51,7 +51,7 @@ def hand_eye(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray] | No
         if np.array_equal(kept, agreeing):
             break
         agreeing = kept
-    return _solved(A[agreeing], S[agreeing])
+    return solved_alike(A[agreeing], S[agreeing])
 
 
 def gross(A: FloatArray, S: FloatArray, X: FloatArray, Y: FloatArray) -> NDArray[np.bool_]:
@@ -71,11 +71,11 @@ def _beyond(misfit: FloatArray, times: float) -> NDArray[np.bool_]:
 
 def _misfits(A: FloatArray, S: FloatArray, used: NDArray[np.intp]) -> FloatArray:
     """(N,) of all poses, with X and Y of those that are used; 1 rad counts as 1 m."""
-    X, Y = _solved(A[used], S[used])
+    X, Y = solved_alike(A[used], S[used])
     return np.asarray(np.linalg.norm(A @ X @ S - Y, axis=(1, 2)))
 
 
-def _solved(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
+def solved_alike(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
     """All poses alike."""
     RA, RS = A[:, :3, :3], S[:, :3, :3]
     # vec (column by column) of R_A R_X R_S = R_Y: kron(R_S^T, R_A) vec(R_X) = vec(R_Y).

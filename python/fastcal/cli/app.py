@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 
 from fastcal.cli.arm_links import with_links
 from fastcal.cli.console import NOT_CONVERGED, fail, manner
+from fastcal.cli.languages import with_language
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
 from fastcal.cli.pages import with_page
@@ -41,6 +42,7 @@ GROUPS = {
         "train": "train:train",
         "drop": "drop:drop",
         "compliance": "compliance:compliance",
+        "zeros": "zeros:zeros",
     },
     "Plan": {
         "design": "design:design",
@@ -117,7 +119,7 @@ def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typ
         if listed:
             app.command(name, help=command.__doc__)(_listed)
             continue
-        whole = with_page(name, with_who(with_tracker(with_links(keeps_its_inputs(command)))))
+        whole = with_page(name, with_who(with_tracker(with_links(keeps_its_inputs(with_language(name, command))))))
         app.command(name, epilog=examples(name, command))(with_manners(whole))
     return app
 

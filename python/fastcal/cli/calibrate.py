@@ -34,6 +34,7 @@ from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
+    from fastcal.calibration.acceptance_limit import LimitJudged
     from fastcal.calibration.calibrate import CalibrationResult
     from fastcal.selection.choose_parameters import Selection
 
@@ -154,10 +155,7 @@ def calibrate(
     warn(found.notes)
     write_hand_eyes(found, hand_eye or [])
     if limit is not None:
-        say(
-            f"limit {limit_mm:g} mm: {limit.verdict.replace('_', ' ')}; {limit.beyond} of {limit.poses} "
-            f"{'test' if limit.on_test else 'training'} poses beyond it"
-        )
+        say_limit(limit)
     if other is not None:
         warn(f"{test}: {note}" for note in other.notes if note not in found.notes)
     if choice is not None:
@@ -181,16 +179,36 @@ def _check_options(limit_mm: float | None, choose: Rule | None, *, least_squares
         )
 
 
+def say_limit(limit: LimitJudged) -> None:
+    """Whether the poses keep the acceptance limit."""
+    from fastcal.report.language import _
+    from fastcal.units import from_si
+
+    verdicts = {"pass": _("pass"), "fail": _("fail"), "cannot_tell": _("cannot tell")}
+    numbers = {"limit": float(from_si(limit.limit, "mm")), "beyond": limit.beyond, "poses": limit.poses}
+    on = _("test") if limit.on_test else _("training")
+    verdict = verdicts[limit.verdict]
+    say(_("limit {limit:g} mm: {verdict}; {beyond} of {poses} {on} poses beyond it", verdict=verdict, on=on, **numbers))
+
+
 def say_choice(choice: Selection) -> None:
     """What was chosen, and what it gains where poses were held out."""
+    from fastcal.report.language import _
+
     best = next(candidate for candidate in choice.table if candidate.parameters == choice.parameters)
     say(
-        f"chosen: {len(choice.parameters)} of {len(choice.full.parameters)} parameters besides base and tool, of "
-        f"{choice.evaluated} sets: {', '.join(choice.parameters) or 'none'}"
+        _(
+            "chosen: {count} of {all} parameters besides base and tool, of {sets} sets: {names}",
+            count=len(choice.parameters),
+            all=len(choice.full.parameters),
+            sets=choice.evaluated,
+            names=", ".join(choice.parameters) or _("none"),
+        )
     )
     chosen, full = choice.rms_mm(best), choice.rms_mm(choice.full)
     if chosen is not None and full is not None:
-        say(f"error of a coordinate on held-out poses: {chosen:.4f} mm, {full:.4f} mm with all parameters")
+        sizes = {"chosen": float(chosen), "full": float(full)}
+        say(_("error of a coordinate on held-out poses: {chosen:.4f} mm, {full:.4f} mm with all parameters", **sizes))
 
 
 def say_result(result: CalibrationResult, output: Path, inputs: Sequence[str] = ()) -> None:

@@ -12,10 +12,21 @@ import typer
 from fastcal.cli.compensate_programs import compensate_programs
 from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import ModelFile, OutFile, Threads
+from fastcal.said import said
 
 if TYPE_CHECKING:
     from fastcal.compensation import Compensation, Targets
     from fastcal.robot.robot import Robot
+
+
+_STATUSES = {
+    "reached": said("reached"),
+    "limit": said("limit"),
+    "unreachable": said("unreachable"),
+    "singular": said("singular"),
+    "bad_target": said("bad_target"),
+    "configuration": said("configuration"),
+}
 
 
 def compensate(
@@ -130,6 +141,7 @@ def _table(
     """A table of poses into a table of commands."""
     from fastcal.compensation import compensate, path_accuracy
     from fastcal.io.targets import load_targets, write_commands
+    from fastcal.report.language import _
     from fastcal.units import from_si
 
     wanted = load_targets(path, robot)
@@ -151,8 +163,17 @@ def _table(
     along = {}
     for name, size, off in (("without", driven.before, driven.off_before), ("with", driven.after, driven.off_after)):
         mean, most, aside = (from_si(float(value), "mm") for value in (size.mean(), size.max(), off.max()))
-        sizes = f"mean {mean:.4f} mm, largest {most:.4f} mm, perpendicular to the path {aside:.4f} mm"
-        say(f"error on the path {name} compensation: {sizes}")
+        sizes = _(
+            "mean {mean:.4f} mm, largest {most:.4f} mm, perpendicular to the path {aside:.4f} mm",
+            mean=float(mean),
+            most=float(most),
+            aside=float(aside),
+        )
+        say(
+            _("error on the path with compensation: {sizes}", sizes=sizes)
+            if name == "with"
+            else _("error on the path without compensation: {sizes}", sizes=sizes)
+        )
         along[f"{name}_compensation"] = {"mean_mm": mean, "largest_mm": most, "perpendicular_mm": aside}
     emit(_figures(found) | {"path": along})
     if report is not None:
@@ -191,14 +212,20 @@ def _say(found: Compensation) -> None:
     """The result in a line or two."""
     import numpy as np
 
+    from fastcal.report.language import _
     from fastcal.units import from_si
 
     counts = {status: int((found.status == status).sum()) for status in dict.fromkeys(found.status.tolist())}
-    say(f"{len(found)} targets: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
+    listed = ", ".join(f"{count} {_(_STATUSES.get(status, status))}" for status, count in counts.items())
+    say(_("{count} targets: {statuses}", count=len(found), statuses=listed))
     if found.reached.any():
         left = from_si(float(np.max(found.position_error[found.reached])), "mm")
         turn = from_si(float(np.max(found.rotation_error[found.reached])), "deg")
         sigma = found.sigma[found.reached]
         known = np.isfinite(sigma).all()
-        spread = f"; its standard deviation {from_si(float(sigma.max()), 'mm'):.3g} mm a coordinate" if known else ""
-        say(f"predicted error of the reached ones: at most {left:.3g} mm and {turn:.3g} deg{spread}")
+        spread = ""
+        if known:
+            sigma_mm = float(from_si(float(sigma.max()), "mm"))
+            spread = _("; its standard deviation {sigma:.3g} mm a coordinate", sigma=sigma_mm)
+        sizes = {"left": float(left), "turn": float(turn)}
+        say(_("predicted error of the reached ones: at most {left:.3g} mm and {turn:.3g} deg", **sizes) + spread)

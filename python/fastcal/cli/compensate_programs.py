@@ -53,10 +53,10 @@ def compensate_programs(
                 done.append((file, *_changed(robot, file, given, options, alone=not is_folder)))
             except InvalidInput as error:
                 refused.append(error)
-    if refused and not any(found is not None for _, _, found in done):
+    if refused and not any(found is not None for _file, _program, found in done):
         raise refused[0]
     places = [output / file.relative_to(source) if is_folder else output for file, _, _ in done]
-    documents = [program.documents if found is None else found.documents for _, program, found in done]
+    documents = [program.documents if found is None else found.documents for _file, program, found in done]
     written = write_programs(list(zip(places, documents, strict=True)), make_folders=is_folder)
     warn(f"{report}: is a controller's report and no program; it is left out" for report in reports)
     if corrections is not None:
@@ -69,7 +69,7 @@ def compensate_programs(
     for path in written:
         say(str(path))
     _emit(done, written)
-    if strict and (refused or any(found is not None and found.left + found.assumed for _, _, found in done)):
+    if strict and (refused or any(found is not None and found.left + found.assumed for _file, _program, found in done)):
         raise typer.Exit(LEFT)
 
 
@@ -105,7 +105,7 @@ def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
 
     from fastcal.io.corrections_out import write_corrections
 
-    rows = [(program, found) for _, program, found in done if found is not None]
+    rows = [(program, found) for _file, program, found in done if found is not None]
     targets = [(program, target) for program, found in rows for target in found.targets]
     documents = [program.documents[target.numbers[0].document].name for program, target in targets]
     labels: dict[str, list[int] | list[str]] = {
@@ -120,6 +120,7 @@ def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
 
 
 def _say(done: Done, *, inverse: bool) -> None:
+    from fastcal.report.language import _
     from fastcal.units import from_si
 
     for file, program, found in done:
@@ -129,15 +130,18 @@ def _say(done: Done, *, inverse: bool) -> None:
         warn(f"{file.name}: {note}" if len(done) > 1 else note for note in (*found.left, *found.assumed, *found.notes))
         mean, most = (from_si(float(value), "mm") for value in (found.error.mean(), found.error.max()))
         head = f"{file.name}, {program.language.name}" if len(done) > 1 else program.language.name
-        done_to = "brought back to nominal" if inverse else "changed"
-        targets, moves = _counted(len(found.targets), "target"), _counted(len(program.moves), "move")
-        say(f"{head}: {targets} {done_to}, {moves} and all else kept")
-        taken = "error that the compensation had taken away" if inverse else "error that this takes away"
-        say(f"{taken}: mean {mean:.3f} mm, largest {most:.3f} mm")
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+        targets, moves = len(found.targets), len(program.moves)
+        counted = {
+            "targets": _("1 target") if targets == 1 else _("{count} targets", count=targets),
+            "moves": _("1 move") if moves == 1 else _("{count} moves", count=moves),
+        }
+        sizes = {"mean": float(mean), "most": float(most)}
+        if inverse:
+            say(_("{head}: {targets} brought back to nominal, {moves} and all else kept", head=head, **counted))
+            say(_("error that the compensation had taken away: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes))
+        else:
+            say(_("{head}: {targets} changed, {moves} and all else kept", head=head, **counted))
+            say(_("error that this takes away: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes))
 
 
 def _emit(done: Done, written: list[Path]) -> None:
@@ -145,14 +149,14 @@ def _emit(done: Done, written: list[Path]) -> None:
 
     from fastcal.units import from_si
 
-    error = np.concatenate([np.zeros(0), *(found.error for _, _, found in done if found is not None)])
+    error = np.concatenate([np.zeros(0), *(found.error for _file, _program, found in done if found is not None)])
     emit(
         {
             "programs": len(done),
             "targets": len(error),
             "mean_error_mm": from_si(float(error.mean()), "mm") if len(error) else None,
             "largest_error_mm": from_si(float(error.max()), "mm") if len(error) else None,
-            "left": [sentence for _, _, found in done if found is not None for sentence in found.left],
+            "left": [sentence for _file, _program, found in done if found is not None for sentence in found.left],
             "files": list(map(str, written)),
         }
     )

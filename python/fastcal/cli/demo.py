@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from fastcal.robot.robot import Robot
 
 ARM = "staubli_rx160l"
+DIAGNOSIS = "diagnosis"  # the folder of it in the demonstration
 HEAD = "Written by fastcal demo: a simulated arm, no real one was measured."
 ROWS, TEST_ROWS = 150, 60
 BASE = {"xyz_mm": [2400.0, -650.0, 310.0], "rpy_deg": [0.4, -0.3, 155.0]}  # where the tracker sees it
@@ -43,14 +44,16 @@ def demo(
         bool, typer.Option("--camera", help="A camera on the flange and pictures of a board, in place of a tracker.")
     ] = False,
 ) -> None:
-    """Simulate a measured arm and calibrate it.
+    """Simulate a measured arm, calibrate and diagnose it.
 
     The last line is the path of the report.
     """
     from fastcal.calibration.calibrate import calibrate as identify
+    from fastcal.diagnosis import diagnose as diagnosed
     from fastcal.io.measurements import load_measurements
     from fastcal.io.robot_file import load_robot
     from fastcal.report.calibration_files import write_calibration
+    from fastcal.report.diagnosis_report import write_diagnosis
 
     _check_ours(output)
     if camera:
@@ -67,6 +70,10 @@ def demo(
         found = identify(nominal, data, test=test, effects=EFFECTS, threads=threads, progress=show)
         show("writing the report")
         write_calibration(found, output, simulated=True)
+        missing = diagnosed(nominal, data, test=test, threads=threads, progress=show)
+        write_diagnosis(missing, output / DIAGNOSIS, simulated=True)
+    say(f"what the geometry alone would miss: {missing.sentence}")
+    say(str(output / DIAGNOSIS / "report.html"))
     calibrate.say_result(found, output, [str(output / "robot.yaml"), str(output / "measurements.csv")])
     if found.status != "converged":
         raise typer.Exit(NOT_CONVERGED)

@@ -34,6 +34,7 @@ EXAMPLES = {
         "fastcal drop diagnosis/model.yaml gear_harmonic@joint1:order=2 -o without_wave.yaml",
     ),
     "compliance": ("fastcal compliance robot.yaml payloads.csv --joints 2,3,5 -o compliance",),
+    "zeros": ("fastcal zeros cell.yaml poses.csv --corners corners.csv -o zeros",),
     "train": ("fastcal train results/model.yaml measurements.csv --network mlp -o trained",),
     "predict": ("fastcal predict results/model.yaml poses.csv -o predicted.csv",),
     "compensate": (

@@ -94,6 +94,7 @@ def evaluate(
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tree_file import is_cell
+    from fastcal.report.language import _
 
     if is_cell(model):
         from fastcal.cli.cells import evaluate_cell
@@ -108,7 +109,7 @@ def evaluate(
         write_json(output, found.to_json_dict())
     beyond = [*range_notes(robot, measured), *correction_notes(robot, measured)]
     warn([*looked.notes, *measured.notes, *beyond, *readback_notes(robot, measured)])
-    say_evaluation(found, f"{robot.name} on {file_names(data)}")
+    say_evaluation(found, _("{robot} on {files}", robot=robot.name, files=file_names(data)))
 
 
 def say_evaluation(found: Evaluation, title: str) -> None:

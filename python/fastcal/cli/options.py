@@ -72,7 +72,23 @@ BesideLanguage = Annotated[
 ]
 DwellS = Annotated[float, typer.Option(min=0, help="Wait of the program at each measured stop.")]
 SpeedPercent = Annotated[float, typer.Option(min=1, max=100, help="Of the program; of the arm's greatest speed.")]
-PageLanguage = Annotated[Literal["en", "de"], typer.Option(envvar="FASTCAL_LANGUAGE", help="Language of the page.")]
+
+
+def _language(text: str) -> str:
+    """En or de, of what may be a locale's name: de_DE.UTF-8."""
+    name = text.lower().replace("-", "_").partition(".")[0].partition("_")[0]
+    if name not in LANGUAGES:
+        raise typer.BadParameter(f"expected {' or '.join(LANGUAGES)}, got '{text}'")
+    return name
+
+
+LANGUAGES = ("en", "de")  # as fastcal.report has them
+PageLanguage = Annotated[
+    str,
+    typer.Option(
+        envvar="FASTCAL_LANGUAGE", metavar="en|de", parser=_language, help="Language of the page and of what is said."
+    ),
+]
 
 # As fastcal.calibration and fastcal.selection have them; written out here so that `fastcal --help` need not load it.
 Method = Literal["nls", "bfgs", "bfgs_mean_distance"]

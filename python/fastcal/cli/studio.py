@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from fastcal.cli.console import emit, say
+from fastcal.cli.options import PageLanguage
 
 
 def studio(
@@ -22,6 +23,7 @@ def studio(
     ] = 8310,
     demo: Annotated[bool, typer.Option("--demo", help="Fill an empty FOLDER with a simulated project first.")] = False,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+    page_language: PageLanguage = "en",
 ) -> None:
     """Open the studio: data, plan, measuring, result, programs.
 
@@ -41,4 +43,4 @@ def studio(
         emit({"address": address})
 
     with inputs.replaceable():  # a project is read and written all along
-        serve(folder, port=port, show=browser, say=tell)
+        serve(folder, port=port, show=browser, say=tell, page_language=page_language)

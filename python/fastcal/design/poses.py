@@ -29,6 +29,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
+from fastcal.said import said
 
 Progress = Callable[[str], None]
 
@@ -104,7 +105,7 @@ def design_poses(
     instruments = Instruments() if instruments is None else instruments
     instruments.check(model)
 
-    progress("gathering candidates")
+    progress(said("gathering candidates"))
     everywhere, obstacle = candidates_and_obstacles(
         model, candidates, candidate_count, surroundings, payloads, seed, threads, instruments
     )
@@ -114,7 +115,7 @@ def design_poses(
         why = ", ".join(f"{number} {reason}" for reason, number in rejected.items()) or "none was refused"
         raise InvalidInput(f"{count} poses were asked for, and {len(pool)} candidates can be measured: {why}")
 
-    progress("linearizing")
+    progress(said("linearizing"))
     problem = linear_problem(
         model,
         pool,
@@ -145,7 +146,7 @@ def design_poses(
         threads=threads,
     )
 
-    progress(f"choosing {count} of {len(pool)} poses")
+    progress(said("choosing {count} of {pool} poses", count=count, pool=len(pool)))
     separated: Separation | None = None
     if rivals:
         found = search.run(count - int(_SEPARATING * count))

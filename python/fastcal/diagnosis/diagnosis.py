@@ -45,7 +45,7 @@ from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
-from fastcal.said import capital, joined
+from fastcal.said import capital, joined, said
 
 
 def diagnose(
@@ -90,14 +90,14 @@ def diagnose(
     looked = judged_pictures(robot, counted_once(in_order(as_data(data, robot))), mend=mend, threads=threads)
     data = looked.data
     test = None if test is None else of_unknown_order(as_data(test, robot))
-    notify("looking at the columns")
+    notify(said("looking at the columns"))
     check_postures(data)
     suspected = check_columns(robot, data, as_read=as_read)
     misfits = gross_misfits(robot, data, threads)
     data = without_kinds(data, [misfit.kind.name for misfit in misfits])
     of_the_arm = [name for name in exclude if name.partition("@")[0] not in RIG_TRAITS]
     library = build_library(robot, data, parse_exclusions(of_the_arm, robot))
-    notify("looking at cameras and boards")
+    notify(said("looking at cameras and boards"))
     robot, of_the_rig = found_rig_causes(robot, data, library.names, exclude, threads)
     with workers(threads):
         found = _found(robot, data, test, library, sigma, threads, notify)
@@ -106,15 +106,15 @@ def diagnose(
             if not gross:
                 break
             lost = sorted({*found.lost, *gross})
-            notify(f"without {len(lost)} rows that nothing explains")
+            notify(said("without {count} rows that nothing explains", count=len(lost)))
             found = _found(robot, data, test, library, sigma, threads, notify, lost)
         reading = None if found.rows is not None else suspect_columns.suspected(found.search, found.told.best)
         if reading is not None:
-            notify("with another reading of a column")
+            notify(said("with another reading of a column"))
             data = reading.of(data)
             library = build_library(robot, data, library.excluded)
             found = _found(robot, data, test, library, sigma, threads, notify, found.lost)
-        notify("adding what was found")
+        notify(said("adding what was found"))
         result = found.result(misfits)
         if reading is not None:
             sentence = joined("", [capital(reading.words), ". ", result.sentence])
@@ -154,18 +154,18 @@ def _found(
     lost: Sequence[int] = (),
 ) -> Found:
     """`diagnose` without its result, its arguments checked; `lost` are rows that are not looked at."""
-    notify("fitting the geometry")
+    notify(said("fitting the geometry"))
     trusted = without_measured(data, np.array(lost, dtype=np.intp)) if lost else data
     rows = searched_rows(trusted, robot)
     looked_at = trusted if rows is None else trusted.select(rows)
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
     geometry = fit(problem, [])
     _refuse_few_postures(looked_at, geometry)
-    notify("how large the noise is")
+    notify(said("how large the noise is"))
     problem, level = with_estimated_noise(problem, geometry, sigma)
     moved = all_moved(level.moved, trusted, rows)
     if moved and len(lost) + len(moved) <= rules.MAX_MOVED_SHARE * data.measured.sum():
-        notify(f"without {len(moved)} rows that lie off together")
+        notify(said("without {count} rows that lie off together", count=len(moved)))
         return _found(robot, data, test, library, sigma, threads, notify, sorted({*lost, *moved}))
     plain, best, level = searched(problem, level, sigma, notify)
     search = plain.search
@@ -175,7 +175,7 @@ def _found(
     curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
     best = grading.borne_out(search, best)
-    notify("weighing what else it could be")
+    notify(said("weighing what else it could be"))
     model = rivals.bare(best)
     remains = unexplained.remains(best)
     if remains or sum(map(is_periodic, best.names)) > 1:  # waves of several orders draw any curve
@@ -187,7 +187,7 @@ def _found(
     sure, unsure = sure_names(search, best) if final is best else (best, {})
     told = Told(model.state, final, remains, unsure)
     model = rivals.bare(sure) if unsure else model
-    notify("beside what anyone would try")
+    notify(said("beside what anyone would try"))
     written = best_of_all(plain, model, remains=remains)
     if rows is None and remains:
         simpler = {id(one.fit): one for one in map(rivals.bare, (search.start, model.state))}

@@ -29,6 +29,7 @@ from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.scans import at_best_moment
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import traits_of
+from fastcal.said import said
 
 FloatArray = NDArray[np.float64]
 
@@ -218,7 +219,7 @@ class Search:
             levels.append(
                 [c for k, c in enumerate(ranked) if k < rules.BEAM_WIDTH or c.bic < ranked[0].bic + rules.DECISIVE_BIC]
             )
-            self.notify(f"{len(levels) - 1} effects: {', '.join(ranked[0].key)}")
+            self.notify(said("{count} effects: {effects}", count=len(levels) - 1, effects=", ".join(ranked[0].key)))
         if len(levels) > self.most and not any(state.suffices for state in levels[-1]):
             seeds = [min(levels[-1], key=lambda s: s.bic), *self.yielding_joints()]
             levels.append([self.grown_on(seed) for seed in seeds])

@@ -24,7 +24,8 @@ from fastcal.said import said
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
 _MOST_NOTES = 50
-_STATUS = {
+STATUSES = {
+    "converged": said("converged"),
     "refused": said("refused"),
     "not_converged": said("not converged"),
     "too_few_equations": said("too few equations"),
@@ -57,7 +58,7 @@ def _rendered(found: Fleet, folder: Path | None) -> str:
         heading=_("{some} of {all} arms diagnosed", **numbers)
         if diagnosed
         else _("{some} of {all} arms calibrated", **numbers),
-        failed=[(arm.name, _(_STATUS[arm.status]), arm.message) for arm in found.failed[:_MOST_ROWS]],
+        failed=[(arm.name, _(STATUSES[arm.status]), arm.message) for arm in found.failed[:_MOST_ROWS]],
         verdict=_verdict(found),
         tiles=_tiles(found),
         table=_table(found, folder),
@@ -162,7 +163,7 @@ def _drawing(found: Fleet) -> Figure:
         _("arms, the best first"),
         _("RMS error (mm), logarithmic"),
         xaxis=steps,
-        yaxis={"type": "log", "exponentformat": "power"},
+        yaxis={"type": "log", "dtick": "D2", "exponentformat": "none"},
     )
     alt = _("Root mean square error of every arm, nominal and calibrated, sorted by the latter.")
     return Figure("fleet", _("Error of every arm"), alt, traces, drawn, columns=6, height=380, key=key)

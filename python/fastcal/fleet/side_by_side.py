@@ -17,6 +17,7 @@ from fastcal.fleet.arms import Arm, check_names
 from fastcal.fleet.one_arm import FILES, calibrate_arm, diagnose_arm
 from fastcal.fleet.result import ArmResult, Fleet
 from fastcal.io.folder import check_folder
+from fastcal.said import said
 
 Progress = Callable[[str], None]
 Work = Callable[..., ArmResult]  # of an arm, and the folder that it gets or None
@@ -66,10 +67,10 @@ def calibrate_many(
             work = partial(calibrate_arm, options=options, checks=checks, report=reports)
             return _rows(some, work, out, _MOST, side_by_side, report)
 
-        report(f"calibrating {len(arms)} arms")
+        report(said("calibrating {count} arms", count=len(arms)))
         found = dict(zip((arm.name for arm in arms), run(arms, check_all), strict=True))
         if not check_all and (odd := suspects(list(found.values()))):
-            report(f"looking closer at {len(odd)} arms")
+            report(said("looking closer at {count} arms", count=len(odd)))
             again = run([arm for arm in arms if arm.name in odd], True)
             found |= {row.name: row for row in again}
     return Fleet(list(found.values()))
@@ -101,7 +102,7 @@ def diagnose_many(
     _check(arms, out)
     report = progress or _silent
     with workers(jobs, cluster) as side_by_side:
-        report(f"diagnosing {len(arms)} arms")
+        report(said("diagnosing {count} arms", count=len(arms)))
         return Fleet(_rows(arms, partial(diagnose_arm, options=options), out, 1, side_by_side, report))
 
 
@@ -141,7 +142,7 @@ def _rows(
     found: list[ArmResult] = []
     for part in side_by_side.results(partial(_batch, work=work, out=None if out is None else str(out)), parts):
         found += part
-        report(f"{len(found)} of {len(arms)} arms")
+        report(said("{found} of {count} arms", found=len(found), count=len(arms)))
     return found
 
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.special import fdtrc
 from fastcal.live.belief import Belief
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
+from fastcal.said import Said, said
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -44,18 +46,23 @@ def dropped_beam(row: Dataset, before: Dataset | None, names: list[int], robot: 
     """Is there no point, or one that the instrument did not measure in this posture? Needs no model."""
     point = _point(row)
     if not np.isfinite(point).all():
-        return Judgement("dropped_beam", "dropped beam: no point was measured; measure this pose again")
+        return Judgement("dropped_beam", said("dropped beam: no point was measured; measure this pose again"))
     if not point.any():
-        return Judgement("dropped_beam", "dropped beam: the point is 0 0 0; measure this pose again")
+        return Judgement("dropped_beam", said("dropped beam: the point is 0 0 0; measure this pose again"))
     if before is not None and before.position is not None:
         same = np.flatnonzero((before.position == point).all(axis=1))
         if len(same):
             was = names[int(same[-1])]
-            again = "the row is a copy of" if _near(before.q[same[-1]], row.q[0]) else "the point is still that of"
-            return Judgement("dropped_beam", f"dropped beam: {again} row {was}; measure this pose again")
+            if _near(before.q[same[-1]], row.q[0]):
+                text = said("dropped beam: the row is a copy of row {row}; measure this pose again", row=was)
+            else:
+                text = said("dropped beam: the point is still that of row {row}; measure this pose again", row=was)
+            return Judgement("dropped_beam", text)
         far = float(np.median(np.linalg.norm(before.position - point, axis=1)))
         if len(before) > 1 and far > 3 * robot.reach:
-            text = f"dropped beam: the point is {_mm(far)} away from the others, farther than the arm reaches"
+            text = said(
+                "dropped beam: the point is {far} away from the others, farther than the arm reaches", far=_mm(far)
+            )
             return Judgement("dropped_beam", text, far)
     return None
 
@@ -67,11 +74,16 @@ def stale_joints(row: Dataset, before: Dataset | None, names: list[int], noise: 
     away = float(np.linalg.norm(_point(row) - before.position[-1]))
     if away <= _MOVED * noise:
         return None
-    text = f"wrong pose: the joints are those of row {names[-1]}, and the point is {_mm(away)} away from its point"
-    return Judgement("wrong_pose", f"{text}; read the joints again", away)
+    text = said(
+        "wrong pose: the joints are those of row {row}, and the point is {away} away from its point; "
+        "read the joints again",
+        row=names[-1],
+        away=_mm(away),
+    )
+    return Judgement("wrong_pose", text, away)
 
 
-def against(belief: Belief, row: Dataset, others: FloatArray, of: list[str]) -> Judgement:
+def against(belief: Belief, row: Dataset, others: FloatArray, of: Sequence[str]) -> Judgement:
     """A row against what the rows before say.
 
     Args:
@@ -88,12 +100,22 @@ def against(belief: Belief, row: Dataset, others: FloatArray, of: list[str]) -> 
     if float(fdtrc(3, belief.degrees, statistic)) >= LEVEL:
         return Judgement("ok", "", off, expected)
     if (other := _other_posture(belief, point, row, others, off)) is not None:
-        text = f"wrong pose: the point lies where {of[other]} is, {_mm(off)} from where these joints bring the tool"
+        text = said(
+            "wrong pose: the point lies where {other} is, {off} from where these joints bring the tool",
+            other=of[other],
+            off=_mm(off),
+        )
         return Judgement("wrong_pose", text, off, expected)
     if off > GROSS * belief.robot.reach:
-        text = f"wrong pose: the point is {_mm(off)} from where these joints bring the tool; read the joints again"
+        text = said(
+            "wrong pose: the point is {off} from where these joints bring the tool; read the joints again", off=_mm(off)
+        )
         return Judgement("wrong_pose", text, off, expected)
-    text = f"slip: {_mm(off)} off where {_mm(expected)} is expected at most; seat the target and measure again"
+    text = said(
+        "slip: {off} off where {expected} is expected at most; seat the target and measure again",
+        off=_mm(off),
+        expected=_mm(expected),
+    )
     return Judgement("slip", text, off, expected)
 
 
@@ -118,5 +140,7 @@ def _near(a: FloatArray, b: FloatArray) -> bool:
     return bool(np.abs(a - b).max() < SAME_POSTURE)
 
 
-def _mm(metres: float) -> str:
-    return f"{from_si(metres, 'mm'):.3g} mm" if metres < 1 else f"{metres:.3g} m"
+def _mm(metres: float) -> Said:
+    if metres < 1:
+        return said("{size:.3g} mm", size=float(from_si(metres, "mm")))
+    return said("{size:.3g} m", size=float(metres))

@@ -23,6 +23,7 @@ from fastcal.live.next_pose import NextPose, Workspace
 from fastcal.live.rows import Header
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import RobotLike, as_robot
+from fastcal.said import said
 
 FloatArray = NDArray[np.float64]
 
@@ -143,8 +144,8 @@ class LiveSession:
             later = self._take(line, "")
             self._write()
             row = len(self.rows) - 1
-            said = self.rows[row].judgement.text or "ok"
-            return Answer(row, "; ".join([said, *later]))
+            answer = self.rows[row].judgement.text or "ok"
+            return Answer(row, "; ".join([answer, *later]))
 
     def decide(self, row: int, choice: str) -> None:
         """Keeps or leaves a row, whatever the session thinks of it."""
@@ -195,17 +196,18 @@ class LiveSession:
         judgement, blamed = self._judged(data)
         later = []
         if blamed is not None:
-            later.append(self._blame(blamed, "the rows that came since do not go with it"))
+            later.append(self._blame(blamed, said("the rows that came since do not go with it")))
         self.rows.append(Row(line, data, judgement, decision))
         if self.rows[-1].is_kept:
             self._believe()
             if (odd := self._odd()) is not None:
-                later.append(self._blame(odd, "the others, as they are now, do not go with it"))
+                later.append(self._blame(odd, said("the others, as they are now, do not go with it")))
                 self._believe()
         return later
 
     def _blame(self, row: int, why: str) -> str:
-        judgement = replace(self.rows[row].judgement, kind="slip", text=f"slip, seen later: {why}; measure it again")
+        text = said("slip, seen later: {why}; measure it again", why=why)
+        judgement = replace(self.rows[row].judgement, kind="slip", text=text)
         self.rows[row] = replace(self.rows[row], judgement=judgement)
         return f"row {row}: {judgement.text}"
 
@@ -221,7 +223,10 @@ class LiveSession:
             return Judgement(), None
         planned = self.workspace.planned
         others = np.vstack([*([] if before is None else [before.q]), planned])
-        of = [*(f"row {row}" for row in kept), *(f"planned pose {k + 1}" for k in range(len(planned)))]
+        of = [
+            *(said("row {row}", row=row) for row in kept),
+            *(said("planned pose {number}", number=k + 1) for k in range(len(planned))),
+        ]
         found = judging.against(self.belief, data, others, of)
         if found.kind == "slip" and len(kept) <= _BLAMED_UP_TO and (row := self._rather(kept, data)) is not None:
             return Judgement("ok", "", found.off, found.expected), row

@@ -42,7 +42,7 @@ def arms_page(found: ArmChecks, language: str = "en") -> str:
                 "bad" if changed else "caution" if open_ else "good",
                 _("Attention") if changed or open_ else _("All hold"),
                 _headline(found, changed),
-                [Remark(f"{arm.name}: {_sentence(arm)}", True, "all") for arm in [*changed, *open_][:_MOST_NAMES]],
+                [Remark(f"{arm.name}: {arm_sentence(arm)}", True, "all") for arm in [*changed, *open_][:_MOST_NAMES]],
             ),
             tiles=[
                 (_("Hold"), str(len(found.of("holds"))), _("of {count} arms", count=len(found.arms))),
@@ -66,7 +66,8 @@ def _headline(found: ArmChecks, changed: list[ArmCheck]) -> str:
     return _("Every model still holds.")
 
 
-def _sentence(arm: ArmCheck) -> str:
+def arm_sentence(arm: ArmCheck) -> str:
+    """What the check says of an arm, in the language of the page."""
     if arm.found is not None:
         return check_sentence(arm.found)
     known = {NO_FILE: _("no file has such a name"), NOTHING_NEW: _("nothing was measured since the model was made")}
@@ -90,7 +91,7 @@ def _table(found: ArmChecks) -> Table:
                 Cell("" if each is None else each.model.name),
                 Cell(state_word(arm.state)),
                 *(beside_mm(size, "mm" if kind is None else kind.unit) for size in sizes),
-                Cell("" if arm.state == "holds" else _sentence(arm)),
+                Cell("" if arm.state == "holds" else arm_sentence(arm)),
                 Cell(", ".join(arm.files)),
             ]
         )

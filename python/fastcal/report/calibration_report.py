@@ -66,8 +66,8 @@ def _page(
     limit: LimitJudged | None,
     files: Mapping[tuple[int, str], Path],
 ) -> str:
-    train = rows_of(_("Training"), result.train, result.model.joint_types)
-    test = rows_of(_("Test"), result.test, result.model.joint_types)
+    train = rows_of(_("Training"), result.train, result.model.joint_types, of_poses=result.model.of_poses)
+    test = rows_of(_("Test"), result.test, result.model.joint_types, of_poses=result.model.of_poses)
     sets = [rows for rows in (train, test) if rows is not None]
     trends = train.trends if train else {}
     base = np.asarray(result.model.description.base.xyz_mm, float)

@@ -196,7 +196,7 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
     note = "" if all_shown else _("The {some} that hide best of {all} are drawn.", some=len(shown), all=len(known))
     return Figure(
         "limits", _("How small it could have been and still have shown"), alt, traces, drawn, note, key=key,
-        height=80 + 22 * len(shown), paper_height=60 + 15 * len(shown),
+        height=80 + 22 * len(shown), paper_height=60 + 15 * len(shown), narrow={"xaxis.dtick": 2},
     )  # fmt: skip
 
 

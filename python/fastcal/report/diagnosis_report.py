@@ -89,6 +89,7 @@ def write_diagnosis(
     *,
     made_by: Mapping[str, Any] | None = None,
     also: Mapping[str, Any] | None = None,
+    simulated: bool = False,
     language: str = "en",
 ) -> None:
     """Writes model.yaml, diagnosis.json, report.html and, where there is a plan, next_poses.csv, all or none.
@@ -98,6 +99,7 @@ def write_diagnosis(
         folder: Made where it is not there; an older result in it is replaced.
         made_by: What the result comes from and who measured it; kept in all three files.
         also: Further keys of diagnosis.json.
+        simulated: The measurements came from a simulator: the page says so.
         language: Of the page.
     """
     import fastcal
@@ -110,7 +112,7 @@ def write_diagnosis(
         write_json(place / "diagnosis.json", found.to_json_dict() | origin | dict(also or {}))
         if found.plan is not None:
             write_poses(place / found.plan.file, found.plan.poses, found.model)
-        text = diagnosis_page(found, made_by=made_by or {}, language=language)
+        text = diagnosis_page(found, simulated=simulated, made_by=made_by or {}, language=language)
         (place / "report.html").write_text(text, encoding="utf-8")
 
 

@@ -4,16 +4,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fastcal.diagnosis.result import Diagnosis, Finding
 from fastcal.effects.entries import traits_of
-from fastcal.measurements.kinds import POINTS
 from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import depends, place, step_name
 from fastcal.report.formatting import plural
-from fastcal.report.summaries import headline, outlier_lines, summary
+from fastcal.report.language import _ as translated
+from fastcal.report.summaries import headline, noise_lines, outlier_lines, summary
+from fastcal.said import said
 
+_VERDICTS = {
+    "none": said("none"),
+    "named": said("named"),
+    "one_of": said("one of"),
+    "several": said("several"),
+    "unexplained": said("unexplained"),
+}
 _NOTICED = 1.05  # of what noise makes, from which on there is a gap
 
 
@@ -25,27 +35,43 @@ def _(found: Diagnosis) -> str:
 
 @summary.register
 def _(found: Diagnosis) -> list[str]:
-    fits = "".join(f"; {misfit.kind.plural} do not fit" for misfit in found.misfits)
-    lines = [f"{found.model.name}: {found.verdict.replace('_', ' ')}{fits}", found.sentence]
+    fits = "".join(translated("; {what} do not fit", what=translated(m.kind.plural)) for m in found.misfits)
+    lines = [f"{found.model.name}: {translated(_VERDICTS[found.verdict])}{fits}", translated(found.sentence)]
     for finding in found.effects:
         lines += _finding_lines(finding)
     for step in found.gap:
         main = step.main
-        sizes = (("fit", main.train_rms), ("held out", main.held_out_rms), ("test poses", main.test_rms))
-        listed = ", ".join(f"{where} {size:.4f} {main.unit}" for where, size in sizes if size is not None)
+        sizes = (
+            (said("fit"), main.train_rms),
+            (said("held out"), main.held_out_rms),
+            (said("test poses"), main.test_rms),
+        )
+        listed = ", ".join(
+            translated("{where} {size:.4f} {unit}", where=where, size=float(size), unit=main.unit)
+            for where, size in sizes
+            if size is not None
+        )
         name = step_name(step.added)
         if step.added is not None and "@" in step.added:
-            name = f"with {name if step.added.count(',') > 1 else step.added}"
-        lines.append(f"{name}: RMS of {listed}")
-    what = "a measured coordinate" if found.main_noise.kind.name == POINTS else found.main_noise.kind.plural
-    lines.append(f"noise of {what}: {found.main_noise} ({found.sigma_note})")
+            name = translated("with {name}", name=name if step.added.count(",") > 1 else step.added)
+        lines.append(translated("{name}: RMS of {sizes}", name=name, sizes=listed))
+    lines += noise_lines([replace(found.main_noise, note=found.sigma_note)])
     if found.untestable:
         names = sorted({cause.effect for cause in found.untestable})
-        lines.append(f"not testable with these data (diagnosis.json says what would be needed): {', '.join(names)}")
+        lines.append(
+            translated(
+                "not testable with these data (diagnosis.json says what would be needed): {names}",
+                names=", ".join(names),
+            )
+        )
     return [*lines, *outlier_lines(found.outliers), *_ending(found)]
 
 
-_JUDGED = {"test": "on the test poses", "held out": "on poses held out of the fit", "fitted": "on the poses of the fit"}
+_JUDGED = {
+    "test": said("on the test poses"),
+    "held out": said("on poses held out of the fit"),
+    "fitted": said("on the poses of the fit"),
+}
 
 
 def _ending(found: Diagnosis) -> list[str]:
@@ -53,20 +79,42 @@ def _ending(found: Diagnosis) -> list[str]:
     gap = found.judged_gap
     before, after = gap.sizes[0], gap.sizes[-1]
     left = float(np.sqrt(max(after**2 - gap.floor**2, 0.0)))
-    beyond, noise = f"{left:.3f} {gap.unit} beyond the noise", f"noise alone makes {gap.floor:.3f} {gap.unit}"
+    numbers = {"before": float(before), "after": float(after), "left": left, "noise": float(gap.floor)}
+    words = {"on": _JUDGED[gap.on], "unit": gap.unit}
     if found.unexplained is None and before <= gap.floor * _NOTICED:
-        lines = [f"no gap {_JUDGED[gap.on]}: {after:.3f} {gap.unit}, of which {noise}"]
+        lines = [
+            translated(
+                "no gap {on}: {after:.3f} {unit}, of which noise alone makes {noise:.3f} {unit}", **words, **numbers
+            )
+        ]
     else:
-        sizes = f"{before:.3f} {gap.unit} before, {after:.3f} {gap.unit} after, {gap.closed:.0%} closed"
-        lines = [f"gap {_JUDGED[gap.on]}: {sizes}; {noise}"]
+        lines = [
+            translated(
+                "gap {on}: {before:.3f} {unit} before, {after:.3f} {unit} after, {closed} closed; noise alone makes "
+                "{noise:.3f} {unit}",
+                closed=f"{gap.closed:.0%}",
+                **words,
+                **numbers,
+            )
+        ]
     if found.unexplained is not None:
-        on = depends(found.unexplained.depends_on)
-        lines.append(f"left: {beyond}, most of it at {place(found.unexplained.owner)}, by {on}")
+        where = {"place": place(found.unexplained.owner), "variables": depends(found.unexplained.depends_on)}
+        lines.append(
+            translated(
+                "left: {left:.3f} {unit} beyond the noise, most of it at {place}, by {variables}",
+                **where,
+                **words,
+                **numbers,
+            )
+        )
     elif after > gap.floor * _NOTICED:
-        lines.append(f"left: {beyond}, at no place that these data show")
+        lines.append(
+            translated("left: {left:.3f} {unit} beyond the noise, at no place that these data show", **words, **numbers)
+        )
     if found.plan is not None and is_advice(found.plan):
-        return [*lines, f"next: measure the {plural(len(found.plan.poses), 'pose')} of {found.plan.file}"]
-    return [*lines, f"next: {next_steps(found)[0]}"]
+        poses = plural(len(found.plan.poses), "pose")
+        return [*lines, translated("next: measure the {poses} of {file}", poses=poses, file=found.plan.file)]
+    return [*lines, translated("next: {step}", step=next_steps(found)[0])]
 
 
 def _finding_lines(finding: Finding) -> list[str]:
@@ -74,6 +122,6 @@ def _finding_lines(finding: Finding) -> list[str]:
         f"{name} {v.value:.4g}" + (f" +- {v.std:.2g}" if v.std else "") for name, v in finding.parameters.items()
     )
     tail = f", {values}" if traits_of(finding.effect).role != "curve" and values else ""
-    others = [f"     or {effect}@{owner}" for effect, owner in finding.equivalents]
-    where = "" if finding.in_model else " (not in the model)"
+    others = [f"     {translated('or')} {effect}@{owner}" for effect, owner in finding.equivalents]
+    where = "" if finding.in_model else translated(" (not in the model)")
     return [f"  {finding.grade}  {finding.label}{tail}{where}", *others]

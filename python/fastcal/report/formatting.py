@@ -9,8 +9,12 @@ number of decimals. Numbers are given in the unit they are to be printed in; not
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from fastcal.report.language import _, decimal_sign
+
+if TYPE_CHECKING:
+    from fastcal.measurements.kinds import Kind
 
 MISSING = "\N{EN DASH}"
 _MINUS = "\N{MINUS SIGN}"
@@ -75,6 +79,11 @@ def significant(number: float | None, digits: int = 3) -> str:
 def alike(number: float | None, like: float) -> str:
     """`number` with the decimals that show `like` (2 to 3 significant digits), so that the two can be compared."""
     return fixed(number, decimals_for(like / 2.0) if is_known(like) and like > 0.0 else 3)
+
+
+def sized(kind: Kind, error: float) -> str:
+    """An error [SI] of a kind of reading with its unit: "0.0312 mm"."""
+    return kind.text(error).replace(".", decimal_sign())
 
 
 def count(number: int) -> str:

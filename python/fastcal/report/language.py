@@ -20,6 +20,7 @@ import yaml
 from fastcal.said import Said, filled
 
 LANGUAGES = ("en", "de")
+LANGUAGE = "FASTCAL_LANGUAGE"  # the variable that names it where an option does not
 language: ContextVar[str] = ContextVar("language", default="en")
 
 
@@ -59,6 +60,8 @@ def catalogue(name: str) -> Mapping[str, str]:
     """The translations into a language, by the English message; empty for English."""
     if name == "en":
         return {}
-    file = importlib.resources.files("fastcal.report") / "messages" / f"{name}.yaml"
-    found: Mapping[str, str] = yaml.safe_load(file.read_text(encoding="utf-8"))
+    found: dict[str, str] = {}
+    for file in (importlib.resources.files("fastcal.report") / "messages").iterdir():
+        if file.name.partition(".")[0].partition("_")[0] == name:  # de.yaml, and what is not of pages: de_studio.yaml
+            found |= yaml.safe_load(file.read_text(encoding="utf-8"))
     return found

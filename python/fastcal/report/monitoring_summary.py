@@ -4,13 +4,26 @@
 
 from __future__ import annotations
 
-from fastcal.measurements.kinds import POINTS, Kind
+from fastcal.measurements.kinds import POINTS, Kind, KindNoise
+from fastcal.monitoring import words
 from fastcal.monitoring.arms import STATES, ArmChecks
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.history import History
 from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.update import UpdateResult
+from fastcal.report.arms_report import arm_sentence
+from fastcal.report.check_report import check_act, check_reasons, check_sentence
+from fastcal.report.formatting import sized
+from fastcal.report.language import _ as translated
 from fastcal.report.summaries import headline, summary
+from fastcal.said import said
+
+_STATES = {
+    "changed": said("changed"),
+    "cannot_tell": said("cannot tell"),
+    "unchecked": said("unchecked"),
+    "holds": said("holds"),
+}
 
 
 @headline.register
@@ -23,12 +36,15 @@ def _(found: CheckResult) -> str:
 
 @summary.register
 def _(found: CheckResult) -> list[str]:
-    lines = [f"{found.model.name}: {found.sentence}", *found.reasons, *filter(None, [found.next_act])]
+    told = [*check_reasons(found), *filter(None, [check_act(found)])]
+    lines = [f"{found.model.name}: {check_sentence(found)}", *told]
     if found.blind:
-        lines.append(f"not visible in any pose once the instrument is set up again: {', '.join(found.blind)}")
+        names = ", ".join(words.spoken(label, translated) for label in found.blind)
+        lines.append(translated("not visible in any pose once the instrument is set up again: {names}", names=names))
     if found.next_poses:
         units = ", ".join(dict.fromkeys("deg" if kind == "revolute" else "mm" for kind in found.model.joint_types))
-        lines.append(f"next poses to measure: {len(found.next_poses)}; payload and joint positions:")
+        poses = len(found.next_poses)
+        lines.append(translated("next poses to measure: {count}; payload and joint positions:", count=poses))
         lines += [
             f"  {pose.payload_kg:g} kg, {' '.join(f'{value:.1f}' for value in found.shown(pose).values())} {units}"
             for pose in found.next_poses
@@ -39,13 +55,17 @@ def _(found: CheckResult) -> list[str]:
 @headline.register
 def _(found: ArmChecks) -> str:
     counts = {state: len(found.of(state)) for state in STATES}
-    return f"{len(found.arms)} arms: " + ", ".join(f"{n} {s.replace('_', ' ')}" for s, n in counts.items() if n)
+    states = ", ".join(f"{n} {translated(_STATES[s])}" for s, n in counts.items() if n)
+    return translated("{count} arms: {states}", count=len(found.arms), states=states)
 
 
 @summary.register
 def _(found: ArmChecks) -> list[str]:
     asking = [arm for arm in found.arms if arm.state != "holds"]
-    return [headline(found), *(f"{arm.name}: {arm.state.replace('_', ' ')}: {arm.sentence}" for arm in asking)]
+    return [
+        headline(found),
+        *(f"{arm.name}: {translated(_STATES[arm.state])}: {arm_sentence(arm)}" for arm in asking),
+    ]
 
 
 @headline.register
@@ -57,18 +77,32 @@ def _(found: UpdateResult) -> str:
 @summary.register
 def _(found: UpdateResult) -> list[str]:
     poses = len(found.before.data)
-    said = f"up to date from {poses} poses" if found.status == "converged" else f"not converged on {poses} poses"
-    lines = [f"{found.model.name}: {said}", f"before: {found.before.sentence}"]
+    done = (
+        translated("up to date from {count} poses", count=poses)
+        if found.status == "converged"
+        else translated("not converged on {count} poses", count=poses)
+    )
+    lines = [f"{found.model.name}: {done}", translated("before: {sentence}", sentence=check_sentence(found.before))]
     for kind, before, after in found.errors:
-        lines.append(f"error on these poses{_of(kind)}: RMS {kind.text(before)} before, {kind.text(after)} after")
-    for noise in found.noise.values():
-        of = "a measured coordinate" if noise.kind.name == POINTS else noise.kind.plural
-        lines.append(f"noise of {of}: {noise}, pooled with the calibration's")
-    return lines
+        lines.append(
+            translated(
+                "error on these poses{what}: RMS {before} before, {after} after",
+                what=_of(kind),
+                before=sized(kind, before),
+                after=sized(kind, after),
+            )
+        )
+    return [*lines, *map(_pooled, found.noise.values())]
+
+
+def _pooled(noise: KindNoise) -> str:
+    what = translated("a measured coordinate" if noise.kind.name == POINTS else noise.kind.plural)
+    size = sized(noise.kind, noise.value)
+    return translated("noise of {what}: {size}, pooled with the calibration's", what=what, size=size)
 
 
 def _of(kind: Kind) -> str:
-    return "" if kind.name == POINTS else f", {kind.plural}"
+    return "" if kind.name == POINTS else f", {translated(kind.plural)}"
 
 
 @headline.register

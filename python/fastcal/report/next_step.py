@@ -13,7 +13,7 @@ import numpy as np
 from fastcal.measurements.kinds import KindMisfit
 from fastcal.measurements.observations import sigma_field
 from fastcal.report.formatting import significant
-from fastcal.report.language import _
+from fastcal.report.language import _, decimal_sign
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed
@@ -29,29 +29,32 @@ _MOST = 2  # variables that are named
 def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
     """One line; with the `arguments` of a diagnosis it ends with the command to run next."""
     if result.status != "converged":
-        return "next: measure more poses, or more varied ones; `fastcal design` chooses them"
+        return _("next: measure more poses, or more varied ones; `fastcal design` chooses them")
     if result.misfits:
         look = look_at(result.misfits[0])
-        return f"next: {look[0].lower()}{look[1:]}"
+        return _("next: {step}", step=look if decimal_sign() == "," else f"{look[0].lower()}{look[1:]}")
     if result.model.of_poses:
         if result.test is None:
-            return "next: check it on pictures that were not fitted (--test and --test-corners)"
-        return "next: write where the camera is for other programs (--hand-eye)"
+            return _("next: check it on pictures that were not fitted (--test and --test-corners)")
+        return _("next: write where the camera is for other programs (--hand-eye)")
     rows = rows_of("Training", result.train, result.model.joint_types)
     if rows is None:
-        return "next: nothing was measured that shows how large the remaining error is"
+        return _("next: nothing was measured that shows how large the remaining error is")
     more = what_remains(result, rows, rows.trends)
     command = shlex.join(["fastcal", "diagnose", *arguments])
     if more is None:
         if known_floor(result) is None:
-            return (
+            return _(
                 "next: no trend shows in what remains, but neither repeated poses nor a sigma column say how much of "
-                f"it is noise; look closer with: {command}"
+                "it is noise; look closer with: {command}",
+                command=command,
             )
         if result.test is None:
-            return "next: what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)"
-        return "next: what remains looks like noise; the model is ready for fastcal compensate"
-    return f"next: {more}; find the cause with: {command}"
+            return _(
+                "next: what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)"
+            )
+        return _("next: what remains looks like noise; the model is ready for fastcal compensate")
+    return _("next: {why}; find the cause with: {command}", why=more, command=command)
 
 
 def look_at(misfit: KindMisfit) -> str:
@@ -73,11 +76,16 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
     flagged = sorted((n for n, t in trends.items() if t.is_flagged(len(trends))), key=lambda n: -trends[n].share)
     if flagged:
         named = listed([f"{titles[name]} ({100 * trends[name].share:.0f} %)" for name in flagged[:_MOST]])
-        return f"the remaining error is not all noise: it depends on {named}"
+        return _("the remaining error is not all noise: it depends on {named}", named=named)
     floor, unit = known_floor(result), rows.unit
     rms = float(np.sqrt(np.nanmean(np.delete(rows.error_after, result.train.places(result.outliers)) ** 2)))
     if floor is not None and rms > MORE_THAN_NOISE * floor:
-        return f"RMS {significant(rms)} {unit} remains where the known noise makes {significant(floor)} {unit}"
+        return _(
+            "RMS {size} {unit} remains where the known noise makes {noise} {unit}",
+            size=significant(rms),
+            noise=significant(floor),
+            unit=unit,
+        )
     return None
 
 

@@ -128,8 +128,8 @@ def _sets(shown: Any) -> list[Rows]:
 
 @_sets.register
 def _(result: CalibrationResult) -> list[Rows]:
-    kinds = result.model.joint_types
-    sets = (rows_of("Training", result.train, kinds), rows_of("Test", result.test, kinds))
+    kinds, of_poses = result.model.joint_types, result.model.of_poses
+    sets = (rows_of(name, getattr(result, part), kinds, of_poses=of_poses) for name, part in _PARTS)
     return [rows for rows in sets if rows is not None]
 
 

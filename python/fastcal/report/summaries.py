@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterable
 from functools import singledispatch
 from pathlib import PurePath
 from typing import Any
@@ -16,15 +17,25 @@ from fastcal.calibration.repeatability import Repeatability
 from fastcal.calibration.result import CalibrationResult
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.kinds import POINTS, POSE
+from fastcal.measurements.kinds import POINTS, POSE, KindNoise
 from fastcal.measurements.observations import plurals
-from fastcal.report.formatting import plural
+from fastcal.report.formatting import plural, sized
+from fastcal.report.language import _ as translated
+from fastcal.report.language import decimal_sign, language
+from fastcal.report.tables import in_words
 from fastcal.report.words import listed
 from fastcal.robot.robot import Robot
+from fastcal.said import said
 from fastcal.units import from_si
 
 _CONDITIONS = ("temperature", "time", "current", "wrench", "approach", "q_read")
-_FITTED = "what it hangs on is fitted to these rows"
+_FITTED = said("what it hangs on is fitted to these rows")
+_KEYS = {"mean": said("mean")}
+_STATES = {
+    "converged": said("converged"),
+    "not_converged": said("not converged"),
+    "too_few_equations": said("too few equations"),
+}
 _MOST_ROWS = 20  # outliers that are listed
 # Room of a type: the module that registers what is said of it; that of the other rooms is `use_summary`.
 _ELSEWHERE = {"diagnosis": "diagnosis_summary", "monitoring": "monitoring_summary"}
@@ -122,35 +133,52 @@ def _(found: Evaluation) -> list[str]:
 def evaluation_lines(found: Evaluation, title: str) -> list[str]:
     """What `fastcal evaluate` prints."""
     figures = found.to_json_dict()
-    lines = [f"{title}: {figures['count']} rows"]
+    lines = [translated("{title}: {count} rows", title=title, count=figures["count"])]
     if found.after is not None:
         points = found.after.to_mm()
-        sizes = ", ".join(f"{name} {points[name]:.4f} mm" for name in ("mean", "std", "rms", "max"))
-        lines.append(f"position error: {sizes}")
+        lines.append(
+            translated(
+                "position error: mean {mean:.4f} mm, std {std:.4f} mm, rms {rms:.4f} mm, max {max:.4f} mm",
+                **{name: float(points[name]) for name in ("mean", "std", "rms", "max")},
+            )
+        )
     for name, of in found.kinds.items():
         if name not in POSE and (after := of.statistics[1]) is not None:
-            sizes = ", ".join(f"{key} {value:.4f} {of.kind.unit}" for key, value in after.to_unit(of.kind.unit).items())
-            where = "cameras and boards are where the model has them" if name == CORNERS else _FITTED
-            lines.append(f"{name} error: {sizes}; {where}")
+            sizes = ", ".join(
+                translated("{key} {value:.4f} {unit}", key=_KEYS.get(key, key), value=float(value), unit=of.kind.unit)
+                for key, value in after.to_unit(of.kind.unit).items()
+            )
+            where = said("cameras and boards are where the model has them") if name == CORNERS else _FITTED
+            what = translated(of.kind.plural)
+            lines.append(translated("error of {what}: {sizes}; {where}", what=what, sizes=sizes, where=where))
     unjudged = [name for name, left in found.others_after.items() if np.isnan(left).all()]
     if unjudged:
-        names = " and ".join(unjudged)
-        lines.append(f"not judged: {names}; too few readings place what they hang on")
+        names = listed(unjudged)
+        lines.append(translated("not judged: {names}; too few readings place what they hang on", names=names))
     if (turn := figures.get("after_rotation_deg")) is not None:
-        sizes = ", ".join(f"{name} {turn[name]:.4f} deg" for name in ("mean", "rms", "max"))
-        lines.append(f"orientation error: {sizes}")
+        lines.append(
+            translated(
+                "orientation error: mean {mean:.4f} deg, rms {rms:.4f} deg, max {max:.4f} deg",
+                **{name: float(turn[name]) for name in ("mean", "rms", "max")},
+            )
+        )
     if found.repeatability is not None:
         lines += _repeatability_lines(found.repeatability)
     for name, repeats in found.repeats.items():
         if name != POINTS:
             kind = repeats.kind
-            lines.append(f"postures read more than once: noise of {kind.plural} {kind.text(repeats.sigma)}")
+            noise = {"what": translated(kind.plural), "size": sized(kind, repeats.sigma)}
+            lines.append(translated("postures read more than once: noise of {what} {size}", **noise))
     if (aligned := figures.get("aligned")) is not None:
-        xyz = ", ".join(f"{v:.3f}" for v in aligned["xyz_mm"])
-        rpy = ", ".join(f"{v:.4f}" for v in aligned["rpy_deg"])
+        between = "; " if decimal_sign() == "," else ", "
         lines.append(
-            f"if the tracker or the base has moved, by xyz {xyz} mm and rpy {rpy} deg, the same rows fit with rms "
-            f"{aligned['after_mm']['rms']:.4f} mm"
+            translated(
+                "if the tracker or the base has moved, by xyz {xyz} mm and rpy {rpy} deg, the same rows fit with rms "
+                "{rms:.4f} mm",
+                xyz=between.join(f"{v:.3f}".replace(".", decimal_sign()) for v in aligned["xyz_mm"]),
+                rpy=between.join(f"{v:.4f}".replace(".", decimal_sign()) for v in aligned["rpy_deg"]),
+                rms=float(aligned["after_mm"]["rms"]),
+            )
         )
     return lines
 
@@ -160,11 +188,20 @@ def _repeatability_lines(found: Repeatability) -> list[str]:
     block = found.to_json_dict()
     names = {"accuracy_mm": "AP", "repeatability_mm": "RP", "vap_mm": "vAP", "ad_mm": "AD", "rd_mm": "RD"}
     names |= {"drift_ap_mm": "dAP", "drift_rp_mm": "dRP"}
-    parts = [f"mean {name} {block[key]['mean']:.4f} mm" for key, name in names.items() if key in block]
-    title = "ISO 9283" if found.is_iso_9283 else "repeated poses"
-    size = f"{plural(found.poses, 'pose')} in {plural(found.visits, 'visit')}"
-    line = f"{title}, {size}: {', '.join(parts)}, noise of a coordinate {block['sigma_mm']:.4f} mm"
-    return [line] if found.note is None else [line, found.note]
+    parts = [
+        translated("mean {name} {size:.4f} mm", name=name, size=float(block[key]["mean"]))
+        for key, name in names.items()
+        if key in block
+    ]
+    line = translated(
+        "{title}, {poses} in {visits}: {parts}, noise of a coordinate {sigma:.4f} mm",
+        title="ISO 9283" if found.is_iso_9283 else translated("repeated poses"),
+        poses=plural(found.poses, "pose"),
+        visits=plural(found.visits, "visit"),
+        parts=", ".join(parts),
+        sigma=float(block["sigma_mm"]),
+    )
+    return [line] if found.note is None else [line, translated(found.note)]
 
 
 @headline.register
@@ -181,32 +218,65 @@ def _(result: CalibrationResult) -> str:
 @summary.register
 def _(result: CalibrationResult) -> list[str]:
     rows = result.train.row_count
-    state = result.status.replace("_", " ")
-    lines = [f"{result.model.name}: {state}, {len(result.parameters)} parameters identified from {rows} rows"]
-    for name, part in (("training", result.train), ("test", result.test)):
+    lines = [
+        translated(
+            "{name}: {state}, {count} parameters identified from {rows} rows",
+            name=result.model.name,
+            state=_STATES[result.status],
+            count=len(result.parameters),
+            rows=rows,
+        )
+    ]
+    for on, part in ((said("training"), result.train), (said("test"), result.test)):
         for of in [] if part is None else part.kinds.values():
             before, after = of.statistics
             if before is None or after is None:
                 continue
-            text, is_point = of.kind.text, of.kind.name == POINTS
-            what = f", {after.count} rows" if is_point else f", {after.count} {of.kind.plural}"
+            sizes = {"before": before.rms, "after": after.rms, "most_before": before.max, "most_after": after.max}
             lines.append(
-                f"error on {name} poses{what}: RMS {text(before.rms)} before, "
-                f"{text(after.rms)} after; largest {text(before.max)} before, {text(after.max)} after"
+                translated(
+                    "error on {on} poses, {count} {what}: RMS {before} before, {after} after; largest {most_before} "
+                    "before, {most_after} after",
+                    on=on,
+                    count=after.count,
+                    what=translated("rows" if of.kind.name == POINTS else of.kind.plural),
+                    **{name: sized(of.kind, size) for name, size in sizes.items()},
+                )
             )
-    for noise in result.noise.values():
-        what = "a measured coordinate" if noise.kind.name == POINTS else noise.kind.plural
-        lines.append(f"noise of {what}: {noise} ({noise.note})")
-    lines += [camera.sentence for camera in result.cameras]
+    lines += noise_lines(result.noise.values())
+    lines += [translated(camera.sentence) for camera in result.cameras]
     if result.held:
-        lines.append(result.held)
-    lines.append(f"loss: {result.loss}" + ("" if result.loss == "none" else " (robust: outliers get less weight)"))
+        lines.append(translated(result.held))
+    robust = "" if result.loss == "none" else translated(" (robust: outliers get less weight)")
+    lines.append(translated("loss: {name}", name=result.loss) + robust)
     if result.unidentifiable:
         count = len(result.unidentifiable)
-        some = "1 combination of parameters is" if count == 1 else f"{count} combinations of parameters are"
-        lines.append(f"{some} not identifiable; the first parameter of each is held at nominal:")
-        lines += [f"  {direction.direction}" for direction in result.unidentifiable]
+        lines.append(
+            translated("1 combination of parameters is not identifiable; its first parameter is held at nominal:")
+            if count == 1
+            else translated(
+                "{count} combinations of parameters are not identifiable; the first parameter of each is held at "
+                "nominal:",
+                count=count,
+            )
+        )
+        # In English by the parameters' own names, as result.json has them.
+        spoken = str if language.get() == "en" else in_words
+        lines += [f"  {spoken(direction.direction)}" for direction in result.unidentifiable]
     return lines + outlier_lines(result.outliers)
+
+
+def noise_lines(noises: Iterable[KindNoise]) -> list[str]:
+    """A line for the noise of each kind of reading, and where it is known from."""
+    return [
+        translated(
+            "noise of {what}: {size} ({note})",
+            what=translated("a measured coordinate" if noise.kind.name == POINTS else noise.kind.plural),
+            size=sized(noise.kind, noise.value),
+            note=translated(noise.note),
+        )
+        for noise in noises
+    ]
 
 
 def outlier_lines(rows: list[int]) -> list[str]:
@@ -214,8 +284,8 @@ def outlier_lines(rows: list[int]) -> list[str]:
     if not rows:
         return []
     listed_rows = ", ".join(map(str, rows[:_MOST_ROWS]))
-    more = f" and {len(rows) - _MOST_ROWS} more" if len(rows) > _MOST_ROWS else ""
-    return [f"outliers (data rows, counted from 0): {listed_rows}{more}"]
+    more = translated(" and {count} more", count=len(rows) - _MOST_ROWS) if len(rows) > _MOST_ROWS else ""
+    return [translated("outliers (data rows, counted from 0): {rows}", rows=listed_rows) + more]
 
 
 def _measured(data: Dataset) -> list[str]:

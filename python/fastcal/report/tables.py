@@ -114,8 +114,9 @@ def in_words(text: str) -> str:
         "and": _("and"),
         "move together": _("move together"),
         "turn together": _("turn together"),
+        "is not observable": _("is not observable"),
     }
-    return re.sub(r"[a-z]{2,}( together)?", lambda word: known.get(word[0], word[0]), spaced(text))
+    return re.sub(r"is not observable|[a-z]{2,}( together)?", lambda word: known.get(word[0], word[0]), spaced(text))
 
 
 def capitalised(text: str) -> str:

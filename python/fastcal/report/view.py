@@ -128,12 +128,17 @@ class Rows:
         return np.asarray(np.isfinite(parts).all(axis=1))
 
 
+_OF_A_POSE = ("x", "y", "z", "rz", "ry", "rx")  # what the joints of an arm of poses are, in their order
+
 # Of each evaluation, as long as it is there: the page and the line about what to do next look for the same trends.
 _SEEN: WeakKeyDictionary[Evaluation, tuple[str, Rows]] = WeakKeyDictionary()  # with the language of their titles
 
 
-def rows_of(name: str, evaluation: Evaluation | None, joint_types: list[str]) -> Rows | None:
-    """The rows of the kind that an evaluation speaks of; None where it has nothing to judge before and after."""
+def rows_of(name: str, evaluation: Evaluation | None, joint_types: list[str], *, of_poses: bool = False) -> Rows | None:
+    """The rows of the kind that an evaluation speaks of; None where it has nothing to judge before and after.
+
+    `of_poses`: the joints stand for the pose of a flange.
+    """
     if evaluation is None or evaluation.main is None:
         return None
     before, after = evaluation.main.statistics
@@ -141,7 +146,8 @@ def rows_of(name: str, evaluation: Evaluation | None, joint_types: list[str]) ->
         return None
     tongue, rows = _SEEN.get(evaluation, ("", None))
     if rows is None or (tongue, rows.name) != (language.get(), name):
-        rows = _rows(name, evaluation, evaluation.main, before, after, joint_types)
+        joints = _joints(evaluation.data, joint_types, of_poses=of_poses)
+        rows = _rows(name, evaluation, evaluation.main, before, after, joints)
         _SEEN[evaluation] = language.get(), rows
     return rows
 
@@ -152,7 +158,7 @@ def _rows(
     main: KindErrors,
     before: ErrorStatistics,
     after: ErrorStatistics,
-    joint_types: list[str],
+    joints: list[Variable],
 ) -> Rows:
     data, kind = evaluation.data, main.kind
     point_after = _millimetres(evaluation.error_after)
@@ -176,7 +182,7 @@ def _rows(
         error_after=_largest(main.after, kind),
         before=_statistics(before, kind),
         after=_statistics(after, kind),
-        joints=_joints(data, joint_types),
+        joints=joints,
         conditions=_conditions(data, numbers),
         numbers=numbers,
     )
@@ -209,13 +215,12 @@ def _statistics(statistics: ErrorStatistics, kind: Kind) -> Statistics:
     return Statistics(statistics.count, **statistics.to_unit(kind.unit))
 
 
-def _joints(data: Dataset, joint_types: list[str]) -> list[Variable]:
+def _joints(data: Dataset, joint_types: list[str], *, of_poses: bool) -> list[Variable]:
     found = []
     for k, kind in enumerate(joint_types):
         unit, text = ("mm", "mm") if kind == "prismatic" else ("deg", "°")
-        found.append(
-            Variable(joint_position(k), f"{_('joint')} {k + 1}", text, np.asarray(units.from_si(data.q[:, k], unit)))
-        )
+        title = f"{_('flange')} {_OF_A_POSE[k]}" if of_poses else f"{_('joint')} {k + 1}"
+        found.append(Variable(joint_position(k), title, text, np.asarray(units.from_si(data.q[:, k], unit))))
     return found
 
 

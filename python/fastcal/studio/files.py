@@ -8,7 +8,7 @@ from nicegui import app
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from fastcal.errors import InvalidInput
-from fastcal.studio.project import Project
+from fastcal.studio.state import Studio
 
 PREFIX = "/project"
 _PAGES = {".html"}
@@ -19,13 +19,13 @@ def address(name: str) -> str:
     return f"{PREFIX}/{name}"
 
 
-def add_files(project: Project) -> None:
-    """Serves the files of a project; nothing outside its folder."""
+def add_files(studio: Studio) -> None:
+    """Serves the files of the project that is open; nothing outside its folder."""
 
     @app.get(PREFIX + "/{name:path}")
     def read(name: str) -> Response:
         try:
-            path = project.path(name)
+            path = studio.project.path(name)
         except InvalidInput as error:
             return PlainTextResponse(str(error), 404)
         if not path.is_file():

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.report.arm import skeleton
+from fastcal.report.formatting import significant
+from fastcal.report.language import _, decimal_sign
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -60,46 +62,29 @@ def _around(middle: FloatArray, half: float) -> FloatArray:
     return np.stack([middle - 1.05 * half, middle + 1.05 * half], axis=1)
 
 
-def arm(robot: Robot, q: FloatArray, colour: str = BLUE, name: str = "arm") -> list[dict[str, Any]]:
+def arm(robot: Robot, q: FloatArray, colour: str = BLUE, name: str = "") -> list[dict[str, Any]]:
     """The skeleton at q (n,), and its joints."""
     points, joints = skeleton(robot, q[np.newaxis])
-    line = _trace(points[0], "lines", name) | {"line": {"width": 9, "color": colour}}
-    dots = _trace(points[0][joints], "markers+text", name) | {
+    line = _trace(points[0], "lines", name or _("arm")) | {"line": {"width": 9, "color": colour}}
+    dots = _trace(points[0][joints], "markers+text", name or _("arm")) | {
         "marker": {"size": 6, "color": "#ffffff", "line": {"color": colour, "width": 3}},
         "text": [f"J{k + 1}" for k in range(len(joints))],
         "textfont": {"color": GREY, "size": 11},
     }
-    tool = _trace(points[0][-1:], "markers", "tool") | {"marker": {"size": 5, "color": AMBER, "symbol": "diamond"}}
+    tool = _trace(points[0][-1:], "markers", _("tool")) | {"marker": {"size": 5, "color": AMBER, "symbol": "diamond"}}
     return [line, dots, tool]
 
 
 def cloud(points: FloatArray, colours: str | Sequence[str], texts: Sequence[str], size: int = 4) -> dict[str, Any]:
     """Points (N, 3) [mm] with a text each."""
     marker = {"size": size, "color": colours if isinstance(colours, str) else list(colours)}
-    return _trace(points, "markers", "points") | {"marker": marker, "hovertext": list(texts), "hoverinfo": "text"}
+    return _trace(points, "markers", _("points")) | {"marker": marker, "hovertext": list(texts), "hoverinfo": "text"}
 
 
 def arrows(start: FloatArray, shift: FloatArray, times: float, colour: str) -> dict[str, Any]:
     """Lines from (N, 3) along (N, 3) [mm], drawn so many times as long."""
     ends = np.stack([start, start + times * shift, np.full_like(start, np.nan)], axis=1).reshape(-1, 3)
-    return _trace(ends, "lines", "shift") | {"line": {"width": 4, "color": colour}}
-
-
-def box(low: Sequence[float], high: Sequence[float]) -> dict[str, Any]:
-    """A keep-out box [mm]."""
-    corners = np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]]
-                        for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # fmt: skip
-    x, y, z = corners.T.tolist()
-    return {
-        "type": "mesh3d",
-        "x": x,
-        "y": y,
-        "z": z,
-        "alphahull": 0,
-        "color": RED,
-        "opacity": 0.15,
-        "hoverinfo": "skip",
-    }
+    return _trace(ends, "lines", _("shift")) | {"line": {"width": 4, "color": colour}}
 
 
 def falling(counts: Sequence[float], values_mm: Sequence[float], goal_mm: float | None, x: str) -> Figure:
@@ -111,16 +96,16 @@ def falling(counts: Sequence[float], values_mm: Sequence[float], goal_mm: float 
     }  # fmt: skip
     layout: dict[str, Any] = {
         "xaxis": {**axis, "title": {"text": x}, "rangemode": "tozero"},
-        "yaxis": {**axis, "title": {"text": "predicted σ, mm"}, "type": "log", "dtick": "D2"},
+        "yaxis": {**axis, "title": {"text": _("predicted σ, mm")}, "type": "log", "dtick": "D2"},
         "margin": {"l": 60, "r": 10, "t": 10, "b": 45}, "height": 260,
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)", "uirevision": "kept",
     }  # fmt: skip
     if goal_mm:
         layout["shapes"] = [{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": goal_mm, "y1": goal_mm,
                              "line": {"color": GREEN, "dash": "dash"}}]  # fmt: skip
-        layout["annotations"] = [{"xref": "paper", "x": 1, "y": float(np.log10(goal_mm)), "text": "goal",
+        layout["annotations"] = [{"xref": "paper", "x": 1, "y": float(np.log10(goal_mm)), "text": _("goal"),
                                   "showarrow": False, "yshift": 9, "font": {"color": GREEN}}]  # fmt: skip
-    return {"data": [line], "layout": layout, "config": _CONFIG}
+    return {"data": [line], "layout": layout | {"separators": f"{decimal_sign()} "}, "config": _CONFIG}
 
 
 def bars(names: Sequence[str], values: Sequence[float], colours: Sequence[str], unit: str) -> Figure:
@@ -128,7 +113,7 @@ def bars(names: Sequence[str], values: Sequence[float], colours: Sequence[str], 
     axis = {"gridcolor": "rgba(127,127,127,.25)", "color": GREY}
     trace = {
         "type": "bar", "orientation": "h", "y": list(names), "x": list(values), "marker": {"color": list(colours)},
-        "text": [f"{value:.3g}" for value in values], "textposition": "auto", "hoverinfo": "skip",
+        "text": [significant(value) for value in values], "textposition": "auto", "hoverinfo": "skip",
     }  # fmt: skip
     layout = {
         "xaxis": {**axis, "title": {"text": unit}, "rangemode": "tozero"},
@@ -136,7 +121,7 @@ def bars(names: Sequence[str], values: Sequence[float], colours: Sequence[str], 
         "margin": {"l": 10, "r": 10, "t": 10, "b": 45}, "height": 90 + 34 * len(names),
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)",
     }  # fmt: skip
-    return {"data": [trace], "layout": layout, "config": _CONFIG}
+    return {"data": [trace], "layout": layout | {"separators": f"{decimal_sign()} "}, "config": _CONFIG}
 
 
 def millimetres(metres: FloatArray) -> FloatArray:

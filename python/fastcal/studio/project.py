@@ -17,6 +17,7 @@ from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.robot_file import load_robot
 from fastcal.io.yaml_file import read_yaml
 from fastcal.robot.robot import Robot
+from fastcal.said import said
 
 ANSWERS, COMMANDS, ROBOT, MAP = "studio.yaml", "commands.txt", "robot.yaml", "map.yaml"
 MEASUREMENTS, INPUTS, LIVE = "measurements.csv", "inputs", "live"
@@ -48,6 +49,11 @@ class Project:
         """Of the folder."""
         return self.folder.name
 
+    def beside(self) -> list[str]:
+        """The names of the projects in the folder that this one lies in, its own too."""
+        found = {path.parent.name for path in self.folder.parent.glob(f"*/{ANSWERS}")}
+        return sorted(found | {self.name})
+
     def path(self, name: str) -> Path:
         """A file of the project.
 
@@ -56,7 +62,7 @@ class Project:
         """
         path = (self.folder / name).resolve()
         if path != self.folder and self.folder not in path.parents:
-            raise InvalidInput(f"{name}: lies outside the project")
+            raise InvalidInput(said("{name}: lies outside the project", name=name))
         return path
 
     def answer(self, key: str, value: Any) -> None:
@@ -75,7 +81,7 @@ class Project:
         """
         plain = Path(name.replace("\\", "/")).name
         if not plain or plain.startswith("."):
-            raise InvalidInput(f"expected a file with a name, got {name!r:.60}")
+            raise InvalidInput(said("expected a file with a name, got {name}", name=f"{name!r:.60}"))
         return plain
 
     def receive(self, name: str, content: bytes) -> str:
@@ -97,7 +103,7 @@ class Project:
             InvalidInput: None was chosen yet.
         """
         if not self.has_robot:
-            raise InvalidInput("choose the arm first, on the screen Data")
+            raise InvalidInput(said("choose the arm first, on the screen Data"))
         return load_robot(self.path(ROBOT))
 
     def choose_robot(self, source: str) -> Robot:

@@ -24,6 +24,7 @@ from fastcal.io.atomic import write_text
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_position
 from fastcal.robot.robot import Robot
+from fastcal.said import said
 from fastcal.studio.project import MAP, MEASUREMENTS, ROBOT, Project
 from fastcal.units import from_si
 
@@ -173,7 +174,7 @@ def understand(project: Project) -> Understood:
     """Reads, joins and holds against the arm what the project has."""
     exports, controller = _exports(project)
     if not exports:
-        return Understood(problem="drop the instrument's file to begin")
+        return Understood(problem=said("drop the instrument's file to begin"))
     robot = project.robot() if project.has_robot else None
     answers = project.answers
     read = partial(import_measurements, exports, joints=controller, mapping=_mapping(project),
@@ -197,7 +198,7 @@ def understand(project: Project) -> Understood:
             return Understood(reading, problem=problem, notes=tuple(reading.notes))
     notes = tuple(dict.fromkeys(_plain(note, project) for note in (*reading.notes, *data.notes)))
     if robot is None or data.position is None:
-        return Understood(reading, data, None, problem or "choose the arm to see how well it fits", notes=notes)
+        return Understood(reading, data, None, problem or said("choose the arm to see how well it fits"), notes=notes)
     return _held_against(robot, reading, data, problem, notes)
 
 
@@ -231,7 +232,7 @@ def save(project: Project, found: Understood) -> tuple[str, int]:
         InvalidInput: There is nothing that could be written.
     """
     if found.reading is None or found.data is None:
-        raise InvalidInput(found.problem or "there is nothing to save yet")
+        raise InvalidInput(found.problem or said("there is nothing to save yet"))
     exports, controller = _files_of(project)
     words = ["import", *exports, *(["--joints", controller] if controller else [])]
     if project.has_robot and not found.problem:

@@ -8,14 +8,17 @@ import secrets
 import socket
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Thread
+from typing import Any
 
 from fastcal.errors import InvalidInput
+from fastcal.report.language import in_language
 from fastcal.studio.project import Project
 
 HOST, PORT = "127.0.0.1", 8310
+_QUASAR: Mapping[str, Any] = {"en": "en-US", "de": "de"}  # as the web framework calls the languages
 
 
 def check_extra() -> None:
@@ -45,7 +48,8 @@ def free_port(asked: int) -> int:
         return int(test.getsockname()[1])
 
 
-def serve(folder: Path, *, port: int = PORT, show: bool = True, say: Callable[[str], None] = print) -> None:
+def serve(folder: Path, *, port: int = PORT, show: bool = True, say: Callable[[str], None] = print,
+          page_language: str = "en") -> None:  # fmt: skip
     """Serves a project until it is interrupted.
 
     Args:
@@ -53,6 +57,7 @@ def serve(folder: Path, *, port: int = PORT, show: bool = True, say: Callable[[s
         port: Where to listen, on this machine alone; 0: any that is free.
         show: Open the page in the browser.
         say: Takes the line with the address.
+        page_language: Of the screens and of the pages that they write.
 
     Raises:
         InvalidInput: The extra is missing, the port is taken, or the folder cannot be one of a project.
@@ -69,24 +74,26 @@ def serve(folder: Path, *, port: int = PORT, show: bool = True, say: Callable[[s
     from fastcal.studio.state import Studio
 
     studio = Studio(project)
-    add_files(project)
-    add_pages(studio)
+    add_files(studio)
     app.on_shutdown(studio.close)
     app.add_middleware(Guard, token=token, port=port, hosts=(HOST, "localhost"))
     address = f"http://{HOST}:{port}/?token={token}"
     app.on_startup(lambda: Thread(target=_tell, args=(say, address, port), daemon=True).start())
-    ui.run(
-        host=HOST,
-        port=port,
-        title="fastcal studio",
-        dark=None,
-        show=address if show else False,
-        reload=False,
-        show_welcome_message=False,
-        reconnect_timeout=60.0,  # a page that is back within it goes on as it was: beside a robot, machines are busy
-        uvicorn_logging_level="error",
-        favicon="🦾",
-    )
+    with in_language(page_language):  # for all that is served: its tasks begin with what holds here
+        add_pages(studio)
+        ui.run(
+            host=HOST,
+            port=port,
+            title="fastcal studio",
+            dark=None,
+            language=_QUASAR[page_language],
+            show=address if show else False,
+            reload=False,
+            show_welcome_message=False,
+            reconnect_timeout=60.0,  # a page that is back within it goes on as it was: beside robots, machines are busy
+            uvicorn_logging_level="error",
+            favicon="🦾",
+        )
 
 
 def _tell(say: Callable[[str], None], address: str, port: int) -> None:

@@ -12,17 +12,19 @@ from typing import Any
 from nicegui import ui
 
 from fastcal.errors import FastcalError
+from fastcal.report.language import _, language
+from fastcal.said import Said, said
 from fastcal.studio.state import Studio
 
 # Address, name, icon, what it is for, module.
 SCREENS = (
-    ("/", "Data", "table_chart", "files in, joined and understood", "data"),
-    ("/arm", "Arm", "precision_manufacturing", "the skeleton beside the pendant", "arm"),
-    ("/plan", "Plan", "route", "which poses to measure", "plan"),
-    ("/live", "Live", "sensors", "rows checked as they come", "live"),
-    ("/result", "Result", "fact_check", "how good, and what is missing", "result"),
-    ("/program", "Program", "code", "targets the arm will reach", "program"),
-    ("/fleet", "Fleet", "grid_view", "all arms at once", "fleet"),
+    ("/", said("Data"), "table_chart", said("files in, joined and understood"), "data"),
+    ("/arm", said("Arm"), "precision_manufacturing", said("the skeleton beside the pendant"), "arm"),
+    ("/plan", said("Plan"), "route", said("which poses to measure"), "plan"),
+    ("/live", said("Live"), "sensors", said("rows checked as they come"), "live"),
+    ("/result", said("Result"), "fact_check", said("how good, and what is missing"), "result"),
+    ("/program", said("Program"), "code", said("targets the arm will reach"), "program"),
+    ("/fleet", said("Fleet"), "grid_view", said("all arms at once"), "fleet"),
 )
 EVERY = 0.3  # [s] between looks at work in the background
 
@@ -30,36 +32,58 @@ EVERY = 0.3  # [s] between looks at work in the background
 def add_pages(studio: Studio) -> None:
     """Registers a page a screen."""
     ui.add_css(_STYLE, shared=True)
-    ui.add_head_html(f"<script>{_FOR_ALL}</script>", shared=True)
-    for address, title, _, purpose, module in SCREENS:
-        ui.page(address, title=f"{title} · fastcal studio")(_page(studio, address, title, purpose, module))
+    ui.add_head_html(f"<script>{_FOR_ALL.replace('LANGUAGE', language.get())}</script>", shared=True)
+    for address, title, _icon, purpose, module in SCREENS:
+        ui.page(address, title=f"{_(title)} · fastcal studio")(_page(studio, address, title, purpose, module))
 
 
 def _page(studio: Studio, address: str, title: str, purpose: str, module: str) -> Callable[[], None]:
     def page() -> None:
         ui.colors(primary="#1f5f8b", positive="#2e7d4f", negative="#b3261e", warning="#9a6700")
         with ui.header().classes("studio-header"):
-            menu = ui.button(icon="menu").props('flat dense color=white aria-label="Screens"').classes("md:hidden")
+            menu = (
+                ui.button(icon="menu").props(f'flat dense color=white aria-label="{_("Screens")}"').classes("md:hidden")
+            )
             ui.label("fastcal studio").classes("text-lg font-bold")
-            ui.label(studio.project.name).classes("opacity-80").tooltip(str(studio.project.folder))
+            _projects(studio)
         with (
             ui.left_drawer(value=False, bordered=True)
             .props("width=190 breakpoint=768 show-if-above")
             .classes("p-2") as drawer
         ):
-            for to, name, icon, _, _ in SCREENS:
+            for to, name, icon, _purpose, _module in SCREENS:
                 chosen = " studio-chosen" if to == address else ""
-                with ui.link(target=to).classes(f"studio-screen{chosen}").props(f'data-screen="{name}"'):
+                with ui.link(target=to).classes(f"studio-screen{chosen}").props(f'data-screen="{to}"'):
                     ui.icon(icon).classes("text-xl")
-                    ui.label(name)
+                    ui.label(_(name))
         menu.on_click(drawer.toggle)
         with ui.column().classes("w-full max-w-screen-xl mx-auto gap-3 p-2"):
             with ui.row().classes("items-baseline gap-3"):
-                ui.label(title).classes("text-2xl").props("role=heading aria-level=1")
-                ui.label(purpose).classes("text-gray-600 dark:text-gray-300")
+                ui.label(_(title)).classes("text-2xl").props("role=heading aria-level=1")
+                ui.label(_(purpose)).classes("text-gray-600 dark:text-gray-300")
             importlib.import_module(f"fastcal.studio.screens.{module}").build(studio)
 
     return page
+
+
+def _projects(studio: Studio) -> None:
+    """The name of the project; a click lists those beside it, and begins a new one."""
+
+    def go(name: str) -> None:
+        with told():
+            studio.open(name)
+            ui.navigate.to("/")
+
+    with ui.button(studio.project.name, icon="folder_open").props("flat dense no-caps color=white") as button:
+        button.props('data-test="projects"').tooltip(str(studio.project.folder))
+        with ui.menu():
+            for name in studio.project.beside():
+                ui.menu_item(name, on_click=lambda name=name: go(name)).props(f'data-test="project-{name}"')
+            ui.separator()
+            with ui.row().classes("items-center no-wrap p-2"):
+                fresh = ui.input(_("New project")).props('dense data-test="new-project"')
+                begin = ui.button(icon="add", on_click=lambda: go(fresh.value)).props("flat dense round")
+                begin.props(f'aria-label="{_("Begin a new project")}"')
 
 
 @contextmanager
@@ -72,13 +96,23 @@ def card(title: str, hint: str = "") -> Iterator[None]:
         yield
 
 
+def said_by(error: FastcalError) -> str:
+    """The sentence of an error, with its parts where it has any, so that it can be translated."""
+    return error.args[0] if error.args and isinstance(error.args[0], Said) else str(error)
+
+
 @contextmanager
 def told() -> Iterator[None]:
     """Shows the sentence of an error instead of failing."""
     try:
         yield
     except FastcalError as error:
-        ui.notify(str(error), type="negative", multi_line=True, close_button=True, timeout=0)
+        ui.notify(_(said_by(error)), type="negative", multi_line=True, close_button=True, timeout=0)
+
+
+def table(options: dict[str, Any]) -> ui.aggrid:
+    """A table of rows, which says in the language of the screen where it has none."""
+    return ui.aggrid({**options, "localeText": {"noRowsToShow": _("no row yet")}}, theme="balham").classes("w-full")
 
 
 def command_line(line: str) -> None:
@@ -87,7 +121,7 @@ def command_line(line: str) -> None:
         ui.icon("terminal")
         ui.label(line).classes("font-mono text-sm break-all").props('data-test="command"')
         copy = ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(line)).props("flat dense round")
-        copy.props('aria-label="Copy the command"')
+        copy.props(f'aria-label="{_("Copy the command")}"')
 
 
 def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
@@ -95,8 +129,8 @@ def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
     seen: dict[str, Any] = {"job": None, "over": True}
     with ui.row().classes("w-full items-center") as bar:
         ui.spinner(size="sm")
-        said = ui.label().props('data-test="step"')
-        ui.button("Stop", on_click=lambda: studio.jobs[screen].stop()).props("outline dense color=negative")
+        step = ui.label().props('data-test="step"')
+        ui.button(_("Stop"), on_click=lambda: studio.jobs[screen].stop()).props("outline dense color=negative")
     failed = ui.label().classes("text-negative").props('data-test="failed" role=alert')
     bar.visible = failed.visible = False
 
@@ -107,9 +141,9 @@ def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
         if seen["job"] is not job:
             seen.update(job=job, over=False)
         bar.visible = job.is_running
-        said.text = f"{job.title}: {job.step}"
+        step.text = f"{_(job.title)}: {_(job.step)}"
         failed.visible = bool(job.error)
-        failed.text = job.error
+        failed.text = _(job.error)
         if not job.is_running:
             seen["over"] = True
             if job.result is not None:
@@ -119,7 +153,7 @@ def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
 
 
 _STYLE = """
-.studio-header { padding: .4rem 1rem; align-items: baseline; gap: 1rem; }
+.studio-header { padding: .4rem 1rem; align-items: center; gap: 1rem; }
 .studio-screen { display: flex; gap: .6rem; align-items: center; padding: .5rem; border-radius: .4rem;
   color: inherit; text-decoration: none; }
 .studio-screen:hover { background: rgba(127, 127, 127, .15); }
@@ -139,7 +173,7 @@ a.nicegui-link { color: #1f5f8b; }
 # files whose button hides the field: the field takes the keyboard and says what it is for. The line that runs while
 # files are loaded says nothing.
 _FOR_ALL = """
-document.documentElement.lang = "en";
+document.documentElement.lang = "LANGUAGE";
 const reachable = () => {
   for (const bar of document.querySelectorAll(".q-loading-bar:not([aria-hidden])")) bar.ariaHidden = "true";
   for (const field of document.querySelectorAll(".q-uploader input[type=file]")) {

@@ -15,7 +15,7 @@ from fastcal.units import to_si
 
 
 class Studio:
-    """One project that is open.
+    """The project that is open, and what runs in it.
 
     Attributes:
         project: Its folder.
@@ -31,6 +31,18 @@ class Studio:
         self.session: LiveSession | None = None
         self.rows_server: RowServer | None = None
         self.watched: WatchedFolder | None = None
+
+    def open(self, name: str) -> None:
+        """Opens another project beside this one, which is made where it is not there; what runs in this one ends.
+
+        Raises:
+            InvalidInput: The name is none of a folder.
+        """
+        project = Project(self.project.folder.parent / Project.plain_name(name))
+        self.close()
+        self.jobs.clear()
+        project.answer("opened", True)  # so that it is one, and is listed, from now on
+        self.project = project
 
     def start(self, screen: str, title: str, task: str, **arguments: Any) -> Job:
         """Starts a task of a screen; what that screen had running is stopped."""

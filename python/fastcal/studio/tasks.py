@@ -8,6 +8,7 @@ Each line on standard output is JSON: a step, the result, or the sentence of an 
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -15,6 +16,8 @@ from typing import Any
 
 import fastcal
 from fastcal.errors import FastcalError
+from fastcal.report.language import LANGUAGE, _, in_language, language
+from fastcal.said import said
 from fastcal.units import from_si, to_si
 
 Say = Callable[[str], None]
@@ -22,23 +25,27 @@ Say = Callable[[str], None]
 
 def calibrate(say: Say, robot: str, data: str, out: str, effects: str = "geometry", test: str | None = None) -> Any:
     """Calibrates and writes model.yaml, result.json and report.html."""
+    from fastcal.report.calibration_files import write_calibration
+
     nominal = fastcal.load_robot(robot)
     measured = fastcal.load_measurements(data, nominal)
     other = None if test is None else fastcal.load_measurements(test, nominal)
     found = fastcal.calibrate(nominal, measured, test=other, effects=effects, progress=say)
-    say("writing the report")
-    found.save(out)
+    say(said("writing the report"))
+    write_calibration(found, out, language=language.get())
     return {"status": found.status, **gap_of(found), "notes": list(found.notes)}
 
 
 def diagnose(say: Say, robot: str, data: str, out: str, test: str | None = None) -> Any:
     """Finds what the model is missing and writes model.yaml, diagnosis.json and report.html."""
+    from fastcal.report.diagnosis_report import write_diagnosis
+
     nominal = fastcal.load_robot(robot)
     measured = fastcal.load_measurements(data, nominal)
     other = None if test is None else fastcal.load_measurements(test, nominal)
     found = fastcal.diagnose(nominal, measured, test=other, progress=say)
-    say("writing the report")
-    found.save(out)
+    say(said("writing the report"))
+    write_diagnosis(found, out, language=language.get())
     return {"verdict": found.to_json_dict()["verdict"]}
 
 
@@ -49,7 +56,7 @@ def without(say: Say, robot: str, data: str, model: str, off: Sequence[str]) -> 
     kept = fastcal.load_robot(model)
     if off:
         kept = fastcal.drop_effects(kept, list(off))
-    say(f"fitting without {', '.join(off)}" if off else "fitting with all effects")
+    say(said("fitting without {effects}", effects=", ".join(off)) if off else said("fitting with all effects"))
     # The model's own effects stay and are identified again; of the geometry too.
     found = fastcal.calibrate(kept, measured, effects="geometry", checks=False, progress=say)
     return gap_of(found)
@@ -78,12 +85,12 @@ def design(say: Say, robot: str, count: int, out: str, effects: str = "geometry"
     curve = []
     for fewer in sorted({max(8, count // 4), max(10, count // 2), max(12, 3 * count // 4)}):
         if fewer < count:
-            say(f"what {fewer} poses would do")
+            say(said("what {count} poses would do", count=fewer))
             found = design_poses(arm, fewer, candidate_count=4000, candidates="random", **options)
             curve.append((fewer, from_si(found.sigma, "mm")))
     found = design_poses(arm, count, candidate_count=20_000, progress=say, **options)
     curve.append((count, from_si(found.sigma, "mm")))
-    say("writing poses and program")
+    say(said("writing poses and program"))
     Path(out).parent.mkdir(parents=True, exist_ok=True)
     place = program_beside(out, arm)
     files, notes = write_poses_and_program(out, design_candidates(found), arm, place, surroundings=around)
@@ -99,8 +106,8 @@ def fleet(say: Say, arms: str, out: str, diagnosed: bool = False) -> Any:
     found = diagnose_many(listed, out=out, progress=say) if diagnosed else calibrate_many(
         listed, out=out, reports=True, progress=say
     )  # fmt: skip
-    say("writing the page")
-    write_fleet(found, Path(out))
+    say(said("writing the page"))
+    write_fleet(found, Path(out), language=language.get())
     return {"arms": [arm.to_row() for arm in found]}
 
 
@@ -116,7 +123,8 @@ def main(arguments: Sequence[str]) -> int:
 
     name, given = arguments
     try:
-        tell(result=TASKS[name](lambda step: tell(step=step), **json.loads(given)))
+        with in_language(os.environ.get(LANGUAGE, "en")):
+            tell(result=TASKS[name](lambda step: tell(step=_(step)), **json.loads(given)))
     except FastcalError as error:
         tell(error=str(error))
         return 2

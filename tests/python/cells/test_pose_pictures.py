@@ -3,6 +3,7 @@
 """Pictures of a board beside the poses that a controller gives, without joints: from the files to page and exports."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -61,7 +62,10 @@ def test_from_poses_and_corners_to_page_and_exports(tmp_path: Path, capsys: pyte
     assert {p["owner"] for p in result["parameters"]} == {"camera wrist", "board plate"}
     assert result["cameras"][0]["with_identified_arm"] is False
     assert "camera wrist on flange: known to" in capsys.readouterr().out
-    assert "Cameras and boards were placed" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    assert "Cameras and boards were placed" in page
+    assert "flange rz" in page
+    assert "joint 1" not in page  # it has none
     assert calib.read_text() == hand_eye_texts(hand_eyes(model.description), calib)[calib]
 
 
@@ -85,6 +89,40 @@ def test_pictures_in_wrong_rows_are_found(tmp_path: Path, capsys: pytest.Capture
     scene.write_corners(tmp_path, uv)
     assert main(["calibrate", *words, "-o", str(tmp_path / "out")]) == 0
     assert "rows 3 and 7 are exchanged" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("focal", [1100.0, 1250.0])
+def test_a_lens_that_is_not_as_the_file_says_is_named(
+    focal: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing moved, though the first pictures are of another part of the picture than the last."""
+    words = written(tmp_path)
+    file = tmp_path / "cell.yaml"
+    cell = yaml.safe_load(file.read_text())
+    is_right = focal == cell["cameras"]["wrist"]["focal_px"][0]
+    cell["cameras"]["wrist"]["focal_px"] = [focal, focal + 2.0]
+    file.write_text(yaml.safe_dump(cell))
+    assert main(["calibrate", *words, "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().err
+    assert ("another lens than the file's would explain" in said) is not is_right
+    assert "from row" not in said
+    assert "diagnose" not in said  # it needs joints
+
+
+def test_a_board_that_was_knocked_is_told_by_the_size_of_a_corner(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = written(tmp_path)
+    q = scene.postures(COUNT, 1)
+    before = [scene.seen(of) for of in q[:9]]
+    monkeypatch.setattr(scene, "PLATE", scene.pose((3.0, -2.0, 0.0), (0.0, 0.0, 0.0)) @ scene.PLATE)
+    uv = np.array([*before, *(scene.seen(of) for of in q[9:])])
+    uv += 0.1 * np.random.default_rng(0).standard_normal(uv.shape)
+    scene.write_corners(tmp_path, uv)
+    assert main(["calibrate", *words, "-o", str(tmp_path / "out")]) == 0
+    said = re.search(r"from row 9 on the corners are others, by ([\d.]+) px", capsys.readouterr().err)
+    assert said is not None
+    assert 4.0 < float(said[1]) < 20.0  # 3.6 mm at some 400 mm through 1100 px
 
 
 @pytest.mark.parametrize(

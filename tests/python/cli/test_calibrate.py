@@ -246,7 +246,7 @@ def test_a_limit_is_judged_on_the_test_poses_and_signed(demo, tmp_path, fastcal)
     given = ("--limit-mm", 0.5, "--test", demo / "test.csv", "--customer", "Muster", "--page-language", "de")
     said = fastcal(*run, *given)
     assert said.code == 0
-    assert "limit 0.5 mm: pass; 0 of 60 test poses beyond it" in said.out
+    assert "Grenze 0,5 mm: bestanden; 0 von 60 Posen (Prüfung) darüber" in said.out
     found = json.loads((tmp_path / "out" / "result.json").read_text())
     assert found["acceptance"]["verdict"] == "pass"
     assert found["made_by"]["customer"] == "Muster"

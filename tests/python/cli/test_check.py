@@ -170,8 +170,8 @@ def test_a_folder_of_arms_is_checked_at_once(month, fastcal, tmp_path) -> None:
         (arms / name / "2026-11.csv").write_bytes((month / f"{file}.csv").read_bytes())
     said = fastcal("check", arms, "-o", tmp_path / "checks", "--date", "2026-11-02", "--page-language", "de")
     assert said.code == 4
-    assert "2 arms: 1 changed, 1 holds" in said.out
-    assert "B: changed: The arm has changed: joint 3 zero" in said.out
+    assert "2 Roboter: 1 verändert, 1 gültig" in said.out
+    assert "B: verändert: Der Roboter hat sich verändert: Nullpunkt Gelenk 3" in said.out
     found = {path.name for path in (tmp_path / "checks").iterdir()}
     assert found == {"checks.csv", "report.html", "A_2026-11.json", "B_2026-11.json"}
     assert "1 von 2 Robotern hat sich verändert: B." in (tmp_path / "checks" / "report.html").read_text()

@@ -282,3 +282,14 @@ def test_the_page_may_connect_to_nothing(browser: Any, page: str) -> None:
       await new Promise((done) => setTimeout(done, 50));
       return window.blocked ?? null;"""
     assert browser.probe(page, script) == "connect-src"
+
+
+def test_no_title_of_an_axis_is_cut_on_a_phone(browser: Any, page: str) -> None:
+    cut = browser.phone(
+        page,
+        "return [...document.querySelectorAll('.xtitle')].filter((title) => {"
+        "const at = title.getBoundingClientRect(), plot = title.closest('.plot').getBoundingClientRect();"
+        "return at.left < plot.left - 1 || at.right > plot.right + 1 || at.bottom > plot.bottom + 1;"
+        "}).map((title) => title.textContent)",
+    )
+    assert cut == []

@@ -24,7 +24,7 @@ from fastcal.report.diagnosis_tables import needs_of
 from fastcal.report.formatting import fixed, plural
 from fastcal.report.language import _, catalogue, in_language
 
-TRANSLATED = re.compile(r"^from fastcal\.report\.language import .*\b_\b", re.MULTILINE)
+TRANSLATED = re.compile(r"^ *from fastcal\.report\.language import .*\b_\b", re.MULTILINE)
 REPORT = Path(language.__file__).parent
 # Sentences of lower rooms that pages translate where they show them.
 FROM_BELOW = {
@@ -80,7 +80,8 @@ def messages() -> set[str]:
     out |= {message for both in shop._MOVED.values() for message in both}
     modules = [
         path
-        for path in [*REPORT.glob("*.py"), *(REPORT.parent / "fleet").glob("*.py")]
+        for room in ("report", "fleet", "studio", "cli")
+        for path in (REPORT.parent / room).rglob("*.py")
         if TRANSLATED.search(path.read_text(encoding="utf-8"))
     ]
     saying = [path for path in REPORT.parent.rglob("*.py") if "said(" in path.read_text(encoding="utf-8")]

@@ -50,16 +50,17 @@ class Running:
         self.process.stdout.close()
 
 
-def start(folder: Path, *options: str) -> Running:
-    """Starts the command and reads the address that it prints."""
-    command = [sys.executable, "-m", "fastcal", "studio", str(folder), "--port", "0", "--no-browser", *options]
+def start(folder: Path, *options: str, program: str = "") -> Running:
+    """Starts the command, or a program with its arguments, and reads the address that it prints."""
+    begun = ["-c", program] if program else ["-m", "fastcal"]
+    command = [sys.executable, *begun, "studio", str(folder), "--port", "0", "--no-browser", *options]
     # By these variables NiceGUI takes itself for a part of a test.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     assert process.stdout is not None
     line = next((line for line in process.stdout if "token=" in line), "")
     assert line, "the studio ended before it printed its address"
-    return Running(folder, process, line.split("fastcal studio: ")[1].strip())
+    return Running(folder, process, line.rsplit(": ", 1)[1].strip())
 
 
 @dataclass

@@ -48,6 +48,7 @@ def test_data_from_two_files_to_a_measurement_file(look: Any, studio: Any, expor
     assert look.get("misfit").get_attribute("data-grade") == "good"
     good = number(look.get("misfit").inner_text())
     look.picture("studio-data")
+    look.everybody()
     # A wrong unit is seen at once, and taken back.
     look.get("unit-q").get_by_text("rad", exact=True).click()
     page.locator('[data-test="misfit"][data-grade="bad"]').wait_for()
@@ -98,6 +99,7 @@ def test_result_calibrates_and_shows_the_page(look: Any, studio: Any) -> None:
     without = float(look.get("gap-said").inner_text().split(": ")[1].split()[0])
     assert without >= result["train"]["after_mm"]["rms"] * 0.999
     look.picture("studio-result")
+    look.everybody()
 
 
 @patiently
@@ -147,6 +149,7 @@ def test_live_forty_rows_by_tcp(look: Any, studio: Any) -> None:
     assert "enough" in look.get("count").inner_text()
     assert number(look.get("sigma").inner_text().removeprefix("σ ")) < 0.1
     assert "J1" in look.get("next").inner_text()
+    look.everybody()
 
 
 @patiently

@@ -19,6 +19,7 @@ from fastcal.studio import reading
 from fastcal.studio.jobs import Job
 from fastcal.studio.project import Project
 from fastcal.studio.server import free_port
+from fastcal.studio.state import Studio
 
 WITHOUT = """
 import sys
@@ -70,6 +71,19 @@ def test_a_project_keeps_its_answers_and_no_file_leaves_it(tmp_path: Path) -> No
     (tmp_path / "cell" / "studio.yaml").write_text("- 1\n")
     with pytest.raises(ParseError, match="expected a mapping"):
         Project(tmp_path / "cell")
+
+
+def test_projects_lie_beside_each_other(tmp_path: Path) -> None:
+    studio = Studio(Project(tmp_path / "cell_1"))
+    studio.project.choose_robot("ur5")
+    studio.open("cell_2")
+    assert not studio.project.has_robot
+    assert studio.project.beside() == ["cell_1", "cell_2"]
+    studio.open("cell_1")
+    assert studio.project.robot().joint_count == 6
+    for name in ("", ".git", ".."):
+        with pytest.raises(InvalidInput, match="expected a file with a name"):
+            studio.open(name)
 
 
 def test_commands_are_kept_once_each_with_quotes_where_needed(tmp_path: Path) -> None:

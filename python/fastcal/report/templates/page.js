@@ -6,7 +6,7 @@
 const PAPER_WIDTH = 687;
 const PAPER_GAP = 12;
 const PAPER_ASPECT = { 2: 0.6, 3: 0.42, 4: 0.36, 6: 0.28 };
-const NARROW = 480;
+const NARROW = 480, LETTER = 6.3, LINE = 15; // [pixels]
 const PHONE = 560; // as in page.css
 const plots = [...document.querySelectorAll(".plot")];
 const drawn = plots.map(() => false);
@@ -94,12 +94,29 @@ async function draw(plot, place) {
   const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
     modeBarButtons: [["resetCameraDefault3d"]] };
   await Plotly.newPlot(plot, data, layout, config);
-  if (plot.clientWidth < NARROW && Object.keys(narrow).length) await Plotly.relayout(plot, narrow);
+  const changes = plot.clientWidth < NARROW ? { ...narrow, ...wrappedTitle(plot, layout) } : {};
+  if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
   if (postures?.rows) followPostures(plot, postures, data);
   if (rows?.traces) followRows(plot, rows, data);
   if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
   drawn[place] = true;
   plot.dataset.state = "drawn";
+}
+
+// The title below an axis that is shorter stands on as many lines as it needs.
+function wrappedTitle(plot, { xaxis }) {
+  const text = xaxis?.title?.text ?? "";
+  const most = Math.floor((plot._fullLayout.xaxis?._length ?? Infinity) / LETTER);
+  if (text.length <= most) return {};
+  const lines = [""];
+  for (const word of text.split(" ")) {
+    if (lines.at(-1) && `${lines.at(-1)} ${word}`.length > most) lines.push("");
+    lines.push(`${lines.pop()} ${word}`.trim());
+  }
+  const added = (lines.length - 1) * LINE;
+  const height = plot._fullLayout.height + added;
+  plot.style.height = `${height}px`;
+  return { "xaxis.title.text": lines.join("<br>"), "margin.b": plot._fullLayout.margin.b + added, height };
 }
 
 // A link to a card that is folded opens it.

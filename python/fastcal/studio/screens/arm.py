@@ -12,6 +12,7 @@ from fastcal.design.candidates import joint_ranges
 from fastcal.errors import FastcalError
 from fastcal.io.robot_file import load_robot
 from fastcal.place import joint_position
+from fastcal.report.language import _
 from fastcal.robot.pendant import relations
 from fastcal.robot.robot import Robot
 from fastcal.robots import available
@@ -32,12 +33,11 @@ def build(studio: Studio) -> None:
         with told():
             _robot(load_robot(project.path(source) if source in own else source))
 
-    with card(
-        "Which", "The project's own arm and models, or any that is shipped. A URDF is opened on the screen Data."
-    ):
+    hint = _("The project's own arm and models, or any that is shipped. A URDF is opened on the screen Data.")
+    with card(_("Which"), hint):
         names = [*own, *available()]
         ui.select(names, value=names[0], on_change=lambda e: shown.refresh(e.value), with_input=True).props(
-            'data-test="which" aria-label="Arm"'
+            f'data-test="which" aria-label="{_("Arm")}"'
         ).classes("w-72")
     shown(names[0])
 
@@ -54,19 +54,21 @@ def _robot(robot: Robot) -> None:
     cube = pictures.reach_of(robot)
     numbers = []
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
-        with card(robot.name, f"{robot.kinematics}, reach {from_si(robot.reach, 'mm'):.0f} mm"):
+        with card(
+            robot.name, _("{kind}, reach {reach:.0f} mm", kind=robot.kinematics, reach=from_si(robot.reach, "mm"))
+        ):
             for k, unit in enumerate(units):
                 low, high = (float(from_si(value, unit)) for value in ranges[k])
                 with ui.row().classes("w-full items-center no-wrap"):
                     ui.label(joint_position(k)).classes("w-8")
                     slider = ui.slider(min=low, max=high, step=(high - low) / 720, value=float(from_si(q[k], unit)))
-                    slider.props(f'aria-label="Joint {k + 1}" data-test="slider-{k + 1}"')
+                    slider.props(f'aria-label="{_("Joint {number}", number=k + 1)}" data-test="slider-{k + 1}"')
                     numbers.append(ui.label().classes("w-48 font-mono text-right whitespace-nowrap"))
                     slider.on_value_change(lambda e, k=k, unit=unit: turn(k, to_si(float(e.value), unit)))
             for text in relations(robot.description):
                 ui.label(text).classes("text-sm")
             place = ui.label().classes("font-mono text-sm").props('data-test="tool"')
-        with card("Skeleton", "Turn it with the mouse; the diamond is the tool."):
+        with card(_("Skeleton"), _("Turn it with the mouse; the diamond is the tool.")):
             picture = (
                 ui.plotly(pictures.scene(pictures.arm(robot, q), cube)).classes("w-full").props('data-test="skeleton"')
             )
@@ -85,6 +87,6 @@ def _robot(robot: Robot) -> None:
         pose = robot.forward(q[np.newaxis])[0]
         x, y, z = (float(from_si(value, "mm")) for value in pose[:3, 3])
         turned = " ".join(f"{value:.4f}" for value in quaternions(pose[np.newaxis, :3, :3])[0])
-        place.text = f"tool: x {x:.2f}  y {y:.2f}  z {z:.2f} mm, quaternion {turned}"
+        place.text = _("tool: x {x:.2f}  y {y:.2f}  z {z:.2f} mm, quaternion {turned}", x=x, y=y, z=z, turned=turned)
 
     say()

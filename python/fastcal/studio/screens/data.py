@@ -10,18 +10,22 @@ from typing import Any
 from nicegui import events, run, ui
 
 from fastcal.importers.orientation import CONVENTIONS
+from fastcal.report.formatting import significant
+from fastcal.report.language import _
 from fastcal.robots import available
+from fastcal.said import said
 from fastcal.studio import reading
-from fastcal.studio.shell import card, command_line, told
+from fastcal.studio.project import MEASUREMENTS
+from fastcal.studio.shell import card, command_line, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
 _COLOURS = {"good": "text-positive", "doubtful": "text-warning", "bad": "text-negative", "": ""}
-_UNITS = (("q", "Joints in", ("deg", "rad")), ("x", "Points in", ("mm", "m", "in")))
+_UNITS = (("q", said("Joints in"), ("deg", "rad")), ("x", said("Points in"), ("mm", "m", "in")))
 _WORDS = {
-    "good": "as a nominal arm fits: the list is read right",
-    "doubtful": "more than most arms are off: look at the rows that miss most",
-    "bad": "no arm is built that badly: a unit, a sign, a joint or the join is wrong",
+    "good": said("as a nominal arm fits: the list is read right"),
+    "doubtful": said("more than most arms are off: look at the rows that miss most"),
+    "bad": said("no arm is built that badly: a unit, a sign, a joint or the join is wrong"),
     "": "",
 }
 
@@ -36,17 +40,18 @@ class _Screen:
 
     def __init__(self, studio: Studio) -> None:
         self.studio, self.project = studio, studio.project
-        with card("1  Arm"), ui.row().classes("items-center gap-4"):
+        with card(_("1  Arm")), ui.row().classes("items-center gap-4"):
             self._arm()
-        hint = "Drop them as the instrument and the controller wrote them, or press +; nothing is changed in them."
-        with card("2  Files", hint):
+        hint = _("Drop them as the instrument and the controller wrote them, or press +; nothing is changed in them.")
+        with card(_("2  Files"), hint):
             with ui.row().classes("w-full gap-4"):
-                _drop("Instrument: points (several may follow)", "instrument", self._take("instrument"))
-                _drop("Controller: joints, if in a file of their own", "controller", self._take("controller"))
+                _drop(_("Instrument: points (several may follow)"), "instrument", self._take("instrument"))
+                _drop(_("Controller: joints, if in a file of their own"), "controller", self._take("controller"))
             self.files()
-        with card("3  Columns", "What each column is; change one, and the misfit below says whether it was better."):
+        hint = _("What each column is; change one, and the misfit below says whether it was better.")
+        with card(_("3  Columns"), hint):
             self.columns()
-        with card("4  Does it fit?", "The nominal arm on the joined list, base and tool fitted."):
+        with card(_("4  Does it fit?"), _("The nominal arm on the joined list, base and tool fitted.")):
             self.toggles()
             self.result = ui.column().classes("w-full")
         ui.timer(0.05, self.show, once=True)
@@ -75,13 +80,13 @@ class _Screen:
         given = self.project.answers.get("robot")
         names = list(dict.fromkeys([*available(), *([given] if given else [])]))
         choose = self.changes(lambda event: self.project.choose_robot(event.value))
-        arm = ui.select(names, value=given, label="Shipped arm", on_change=choose, with_input=True)
+        arm = ui.select(names, value=given, label=_("Shipped arm"), on_change=choose, with_input=True)
         arm.classes("w-64").props('data-test="arm"')
 
         def own(name: str, content: bytes) -> None:
             self.project.choose_robot(self.project.receive(name, content))
 
-        _drop("or your robot file (.yaml, .urdf)", "robot-file", self.changes(own))
+        _drop(_("or your robot file (.yaml, .urdf, .xacro)"), "robot-file", self.changes(own))
 
     def _take(self, kind: str) -> Callable[[str, bytes], Any]:
         """Takes a dropped file as the instrument's or the controller's."""
@@ -101,10 +106,11 @@ class _Screen:
         given += [("controller", self.project.answers["controller"])] if "controller" in self.project.answers else []
         with ui.row():
             for kind, name in given:
-                with ui.chip(f"{kind}: {name.partition('/')[2]}", removable=False).props("outline"):
+                label = _("instrument") if kind == "instrument" else _("controller")
+                with ui.chip(f"{label}: {name.partition('/')[2]}", removable=False).props("outline"):
                     forget = self.changes(lambda _, kind=kind, name=name: _forget(self.project, kind, name))
                     button = ui.button(icon="close", on_click=forget).props("flat dense round size=xs")
-                    button.props(f'aria-label="Remove {name}"')
+                    button.props(f'aria-label="{_("Remove {name}", name=name)}"')
 
     @ui.refreshable_method
     def columns(self) -> None:
@@ -113,18 +119,18 @@ class _Screen:
         with told():
             found = reading.columns_of(self.project)
         if not found:
-            ui.label("No file yet.")
+            ui.label(_("No file yet."))
         count = self.project.robot().joint_count if self.project.has_robot else 7
-        options = {role: role or "(not used)" for role in reading.roles(count)}
+        options = {role: role or _("(not used)") for role in reading.roles(count)}
         with ui.row().classes("gap-2"):
             for column in found:
                 given = options if column.role in options else {column.role: column.role, **options}
                 with ui.column().classes("gap-0 border border-gray-300 rounded p-2"):
-                    title = column.title or f"column {column.number}"
+                    title = column.title or _("column {number}", number=column.number)
                     ui.label(title).classes("font-medium").tooltip(column.file)
                     ui.label("  ".join(column.cells[:2])).classes("text-xs text-gray-600 dark:text-gray-300")
                     act = self.changes(lambda event, of=column: reading.assign(self.project, of, event.value))
-                    role = ui.select(given, value=column.role, on_change=act, label="role").classes("w-32")
+                    role = ui.select(given, value=column.role, on_change=act, label=_("role")).classes("w-32")
                     role.props(f'dense options-dense data-test="role-{title}"')
 
     @ui.refreshable_method
@@ -135,15 +141,15 @@ class _Screen:
             found = reading.columns_of(self.project)
         with ui.row().classes("items-center gap-6"):
             for quantity, label, units in _UNITS:
-                ui.label(label)
+                ui.label(_(label))
                 act = self.changes(lambda event, of=quantity: reading.in_unit(self.project, of, event.value))
                 value = reading.unit_of(found, quantity)
                 toggle = ui.toggle(list(units), value=value if value in units else None, on_change=act)
                 toggle.props(f'dense no-caps data-test="unit-{quantity}"')
-            options = {"": "as the file says", **{name: name for name in CONVENTIONS}}
+            options = {"": _("as the file says"), **{name: name for name in CONVENTIONS}}
             act = self.changes(lambda event: self.project.answer("orientation", event.value or None))
             given = self.project.answers.get("orientation") or ""
-            ui.select(options, value=given, on_change=act, label="Three angles are").classes("w-44").props("dense")
+            ui.select(options, value=given, on_change=act, label=_("Three angles are")).classes("w-44").props("dense")
         if self.project.has_robot:
             _signs(self.studio, self.changes)
 
@@ -179,14 +185,18 @@ def _signs(studio: Studio, changes: Callable[..., Any]) -> None:
         reading.count_joints(studio.project, signs, third)
 
     with ui.row().classes("items-center gap-4"):
-        ui.label("Turns the other way:")
+        ui.label(_("Turns the other way:"))
         for k, sign in enumerate(signs):
             act = changes(lambda e, k=k: count(k, e.value))
             ui.checkbox(f"J{k + 1}", value=sign < 0, on_change=act).props(f'dense data-test="sign-{k + 1}"')
         if robot.joint_count > 2:
-            options = {"own": "J3 by itself", "plus": "q3 = J3 + J2 (FANUC)", "minus": "q3 = J3 - J2 (parallelogram)"}
+            options = {
+                "own": _("J3 by itself"),
+                "plus": "q3 = J3 + J2 (FANUC)",
+                "minus": _("q3 = J3 - J2 (parallelogram)"),
+            }
             act = changes(lambda e: reading.count_joints(studio.project, signs, e.value))
-            ui.select(options, value=third, on_change=act, label="Joint 3 is").props('dense data-test="j3"').classes(
+            ui.select(options, value=third, on_change=act, label=_("Joint 3 is")).props('dense data-test="j3"').classes(
                 "w-52"
             )
 
@@ -198,20 +208,22 @@ def _result(studio: Studio, found: reading.Understood) -> None:
     grade = found.grade(reach)
     if found.rms is not None:
         with ui.row().classes("items-baseline gap-3"):
-            ui.label(f"{from_si(found.rms, 'mm'):.3g} mm").classes(f"studio-number {_COLOURS[grade]}").props(
+            ui.label(f"{significant(from_si(found.rms, 'mm'))} mm").classes(f"studio-number {_COLOURS[grade]}").props(
                 f'data-test="misfit" data-grade="{grade}"'
             )
-            ui.label(f"RMS of the uncalibrated arm over {len(found.data or [])} poses: {_WORDS[grade]}")
+            count = len(found.data or [])
+            words = _("RMS of the uncalibrated arm over {count} poses: {words}", count=count, words=_WORDS[grade])
+            ui.label(words)
     if found.problem:
-        ui.label(found.problem).classes("text-warning").props('data-test="problem"')
+        ui.label(_(found.problem)).classes("text-warning").props('data-test="problem"')
     if found.suspicion:
-        ui.label(found.suspicion).classes("text-negative").props('data-test="suspicion"')
+        ui.label(_(found.suspicion)).classes("text-negative").props('data-test="suspicion"')
     for note in found.notes:
-        ui.label(f"• {note}").classes("text-sm").props('data-test="note"')
+        ui.label(f"• {_(note)}").classes("text-sm").props('data-test="note"')
     rows = reading.table(found)
     if not rows:
         return
-    titles = {"row": "row", "name": "name", "misfit": "misfit mm"}
+    titles = {"row": _("row"), "name": _("name"), "misfit": _("misfit mm")}
     units = {key: f"{key} {'mm' if key in 'xyz' else ''}".strip() for key in rows[0] if key not in titles}
     order = ["row", "name", *units, "misfit"]
     grid = {
@@ -219,7 +231,7 @@ def _result(studio: Studio, found: reading.Understood) -> None:
         "rowData": rows,
         "defaultColDef": {"flex": 1, "minWidth": 75},
     }
-    ui.aggrid(grid, theme="balham").classes("w-full h-72").props('data-test="joined"')
+    table(grid).classes("h-72").props('data-test="joined"')
     line = ui.column().classes("w-full")
 
     def keep() -> None:
@@ -227,8 +239,8 @@ def _result(studio: Studio, found: reading.Understood) -> None:
             command, count = reading.save(project, found)
             line.clear()
             with line:
-                ui.label(f"measurements.csv: {count} rows. This command does the same:")
+                ui.label(_("{file}: {count} rows. This command does the same:", file=MEASUREMENTS, count=count))
                 command_line(command)
-                ui.link("Next: calibrate on the screen Result", "/result")
+                ui.link(_("Next: calibrate on the screen Result"), "/result")
 
-    ui.button("Save the measurements", on_click=keep, icon="save").props('data-test="save"')
+    ui.button(_("Save the measurements"), on_click=keep, icon="save").props('data-test="save"')

@@ -11,15 +11,25 @@ from nicegui import events, ui
 
 from fastcal.errors import InvalidInput
 from fastcal.fleet import read_list
+from fastcal.fleet.page import STATUSES
 from fastcal.io.tables import read_table
+from fastcal.report.diagnosis_words import VERDICTS
+from fastcal.report.formatting import MISSING, significant
+from fastcal.report.language import _
+from fastcal.said import said
 from fastcal.studio.files import address
 from fastcal.studio.project import MEASUREMENTS
 from fastcal.studio.shell import card, command_line, job_bar, told
 from fastcal.studio.state import Studio
 
 OUT = "fleet"
-_COLUMNS = {"before_mm": "before, mm", "after_mm": "after, mm", "sigma_mm": "noise, mm", "outliers": "outliers",
-            "unidentifiable": "unidentifiable"}  # fmt: skip
+_COLUMNS = {
+    "before_mm": said("before, mm"),
+    "after_mm": said("after, mm"),
+    "sigma_mm": said("noise, mm"),
+    "outliers": said("outliers"),
+    "unidentifiable": said("unidentifiable"),
+}
 _LIST = {"robot", "data"}
 
 
@@ -36,9 +46,9 @@ def build(studio: Studio) -> None:
                 found.append(path.name)
         return found
 
-    with card(
-        "Which arms", "A CSV file in the project's folder with the columns robot, data and, where wanted, test, name."
-    ):
+    hint = _("A CSV file in the project's folder with the columns {asked} and, where wanted, {more}.",
+             asked="robot, data", more="test, name")  # fmt: skip
+    with card(_("Which arms"), hint):
         with ui.row().classes("items-end gap-4"):
 
             async def arrived(event: events.UploadEventArguments) -> None:
@@ -47,26 +57,37 @@ def build(studio: Studio) -> None:
                 with told():
                     name = project.plain_name(event.file.name)
                     if not name.endswith(".csv") or name == MEASUREMENTS:
-                        raise InvalidInput(f"{name}: expected a list of arms, a CSV file with a name of its own")
+                        raise InvalidInput(
+                            said("{name}: expected a list of arms, a CSV file with a name of its own", name=name)
+                        )
                     write_bytes(project.path(name), await event.file.read())
                     source.set_options(lists(), value=name if name in lists() else None)
                 upload.reset()
 
-            upload = ui.upload(label="Drop a list (.csv)", auto_upload=True, on_upload=arrived).props("flat bordered")
+            upload = ui.upload(label=_("Drop a list (.csv)"), auto_upload=True, on_upload=arrived).props(
+                "flat bordered"
+            )
             upload.classes("w-72")
             there = lists()
-            source = ui.select(there, value=there[0] if there else None, label="List").classes("w-64")
-            diagnosed = ui.switch("Diagnose each")
-            ui.button("Run", on_click=lambda: start()).props('data-test="run-fleet"')
+            source = ui.select(there, value=there[0] if there else None, label=_("List")).classes("w-64")
+            diagnosed = ui.switch(_("Diagnose each"))
+            ui.button(_("Run"), on_click=lambda: start()).props('data-test="run-fleet"')
         line = ui.column().classes("w-full")
 
         def start() -> None:
             with told():
                 if not source.value:
-                    ui.notify("drop a list first")
+                    ui.notify(_("drop a list first"))
                     return
                 count = len(read_list(project.path(source.value)))
-                studio.start("fleet", f"{count} arms", "fleet", arms=source.value, out=OUT, diagnosed=diagnosed.value)
+                studio.start(
+                    "fleet",
+                    said("{count} arms", count=count),
+                    "fleet",
+                    arms=source.value,
+                    out=OUT,
+                    diagnosed=diagnosed.value,
+                )
                 line.clear()
                 with line:
                     more = ["--diagnose"] if diagnosed.value else ["--reports"]
@@ -106,14 +127,15 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
         )
 
     failed = [row for row in rows if row.get("status") != "converged"]
-    with card(f"{len(rows)} arms, {len(failed)} without a model",
-              "Red: more than three times the fleet's median; amber: more than one and a half times."):  # fmt: skip
+    title = _("{count} arms, {failed} without a model", count=len(rows), failed=len(failed))
+    hint = _("Red: more than three times the fleet's median; amber: more than one and a half times.")
+    with card(title, hint):
         with (
             ui.grid(columns=f"2fr 1fr {'1fr ' * len(_COLUMNS)}2fr")
             .classes("w-full gap-0 studio-matrix")
             .props('data-test="matrix"')
         ):
-            for title in ("arm", "status", *_COLUMNS.values(), "verdict"):
+            for title in (_("arm"), _("status"), *map(_, _COLUMNS.values()), _("verdict")):
                 ui.label(title).classes("text-sm text-gray-600 dark:text-gray-300 p-1")
             for row in sorted(rows, key=heat, reverse=True):
                 folder = f"{OUT}/{row['name']}/report.html"
@@ -121,14 +143,17 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
                     ui.link(row["name"], address(folder), new_tab=True).classes("p-1").props('data-test="arm-link"')
                 else:
                     ui.label(row["name"]).classes("p-1")
-                ui.label(row.get("status", "").replace("_", " ")).classes("p-1")
+                ui.label(_(STATUSES.get(row.get("status", ""), ""))).classes("p-1")
                 for key in _COLUMNS:
                     text = row.get(key, "")
-                    shown = f"{float(text):.3g}" if text else "–"
+                    shown = significant(float(text)) if text else MISSING
                     ui.label(shown).classes("p-1 font-mono").style(shade(key, text))
-                ui.label(row.get("verdict") or row.get("message", "")).classes("p-1 text-sm truncate").tooltip(
-                    row.get("causes") or row.get("message", "")
-                )
+                verdict = VERDICTS.get(row.get("verdict", ""))
+                if verdict is not None:
+                    ui.label(_(verdict[0])).classes("p-1 text-sm").tooltip(row.get("causes", ""))
+                else:
+                    message = row.get("message", "")
+                    ui.label(message).classes("p-1 text-sm truncate said").tooltip(message)
         page = studio.project.path(f"{OUT}/report.html")
         if page.exists():
-            ui.link("The fleet's page", address(f"{OUT}/report.html"), new_tab=True)
+            ui.link(_("The fleet's page"), address(f"{OUT}/report.html"), new_tab=True)

@@ -11,24 +11,33 @@ from nicegui import run, ui
 
 from fastcal.live import LiveSession
 from fastcal.measurements.dataset import Dataset
+from fastcal.report.formatting import significant
+from fastcal.report.language import _
+from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.project import LIVE, MEASUREMENTS
-from fastcal.studio.shell import EVERY, card, told
+from fastcal.studio.shell import EVERY, card, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
 ROWS_PORT = 8311
 _PLAN = "plan/poses.csv"
 _KINDS = {
-    "ok": "ok", "slip": "slip", "dropped_beam": "dropped beam", "wrong_pose": "wrong pose", "unreadable": "unreadable"
-}  # fmt: skip
+    "ok": said("ok"),
+    "slip": said("slip"),
+    "dropped_beam": said("dropped beam"),
+    "wrong_pose": said("wrong pose"),
+    "unreadable": said("unreadable"),
+    "keep": said("kept by hand"),
+    "leave": said("left out by hand"),
+}
 
 
 def build(studio: Studio) -> None:
     """Builds the screen."""
     if not studio.project.has_robot:
-        ui.label("Choose the arm first.")
-        ui.link("To the screen Data", "/")
+        ui.label(_("Choose the arm first."))
+        ui.link(_("To the screen Data"), "/")
         return
 
     @ui.refreshable
@@ -45,18 +54,20 @@ def _set_up(studio: Studio, shown: Any) -> None:
     """What the session needs to know."""
     answers = studio.project.answers
     planned = studio.project.path(_PLAN).exists()
-    with card("Begin", "Rows are written as they come; a session that was broken off goes on where it ended."):
+    with card(_("Begin"), _("Rows are written as they come; a session that was broken off goes on where it ended.")):
         with ui.row().classes("items-end gap-4"):
             goal = ui.number(
-                "Goal: σ of a predicted point, mm", value=answers.get("goal_mm", 0.1), min=0.001, step=0.01
+                _("Goal: σ of a predicted point, mm"), value=answers.get("goal_mm", 0.1), min=0.001, step=0.01
             )
-            sigma = ui.number("Noise of the instrument, mm", value=answers.get("sigma_mm", 0.05), min=0.001, step=0.01)
+            sigma = ui.number(
+                _("Noise of the instrument, mm"), value=answers.get("sigma_mm", 0.05), min=0.001, step=0.01
+            )
             port = ui.number(
-                "TCP port for rows", value=answers.get("rows_port", ROWS_PORT), min=0, max=65535, precision=0
+                _("TCP port for rows"), value=answers.get("rows_port", ROWS_PORT), min=0, max=65535, precision=0
             )
             for field in (goal, sigma, port):
                 field.classes("w-56")
-        use_plan = ui.switch("Choose the next pose from the plan (plan/poses.csv)", value=planned)
+        use_plan = ui.switch(_("Choose the next pose from the plan (plan/poses.csv)"), value=planned)
         use_plan.visible = planned
 
         async def begin() -> None:
@@ -68,7 +79,7 @@ def _set_up(studio: Studio, shown: Any) -> None:
                 await run.io_bound(studio.measure, int(port.value), goal.value, float(sigma.value), plan)
             shown()
 
-        ui.button("Begin", on_click=begin, icon="play_arrow").props('data-test="begin"')
+        ui.button(_("Begin"), on_click=begin, icon="play_arrow").props('data-test="begin"')
 
 
 def _plan(studio: Studio) -> Dataset:
@@ -79,72 +90,77 @@ def _plan(studio: Studio) -> Dataset:
 
 def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
     assert studio.rows_server is not None  # noqa: S101 - begun together
-    with card("Where rows come from"):
+    with card(_("Where rows come from")):
         with ui.row().classes("w-full items-end gap-4"):
             ui.label(f"TCP 127.0.0.1:{studio.rows_server.port}").classes("font-mono").props('data-test="address"')
-            ui.label("the header line of a measurement file, then a row a line; each is answered ok or what is wrong")
+            ui.label(
+                _("the header line of a measurement file, then a row a line; each is answered ok or what is wrong")
+            )
         with ui.row().classes("w-full items-end gap-4"):
-            folder = ui.input("or a folder to watch for CSV files", value="").classes("w-96").props('data-test="watch"')
+            folder = (
+                ui.input(_("or a folder to watch for CSV files"), value="").classes("w-96").props('data-test="watch"')
+            )
 
             def watch() -> None:
                 with told():
                     studio.watch(folder.value)
-                    ui.notify("watching" if folder.value else "no folder is watched")
+                    ui.notify(_("watching") if folder.value else _("no folder is watched"))
 
-            ui.button("Watch", on_click=watch).props("outline")
+            ui.button(_("Watch"), on_click=watch).props("outline")
 
             def end() -> None:
                 studio.stop_measuring()
                 shown()
 
-            ui.button("End the session", on_click=end).props('outline color=negative data-test="end"')
+            ui.button(_("End the session"), on_click=end).props('outline color=negative data-test="end"')
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
-        with card("Last row"):
-            last = ui.label("waiting for the first row").classes("text-lg").props('data-test="last" aria-live=polite')
-        with card("So far"):
-            said = ui.label().classes("studio-number").props('data-test="sigma"')
+        with card(_("Last row")):
+            last = (
+                ui.label(_("waiting for the first row")).classes("text-lg").props('data-test="last" aria-live=polite')
+            )
+        with card(_("So far")):
+            sigma = ui.label().classes("studio-number").props('data-test="sigma"')
             count = ui.label().props('data-test="count"')
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
-        with card("σ of a predicted point, over where the arm may work"):
-            chart = ui.plotly(pictures.falling([], [], session.goal and from_si(session.goal, "mm"), "rows kept"))
+        with card(_("σ of a predicted point, over where the arm may work")):
+            chart = ui.plotly(pictures.falling([], [], session.goal and from_si(session.goal, "mm"), _("rows kept")))
             chart.classes("w-full")
-        with card("Measure this next"):
+        with card(_("Measure this next")):
             next_said = ui.label().classes("font-mono").props('data-test="next"')
             picture = ui.plotly(pictures.scene([])).classes("w-full")
-    with card("Rows", "Select one to keep it or leave it against what is said here."):
+    with card(_("Rows"), _("Select one to keep it or leave it against what is said here.")):
         grid = (
-            ui.aggrid(
+            table(
                 {
                     "columnDefs": [
-                        {"headerName": "row", "field": "row", "maxWidth": 80},
-                        {"headerName": "verdict", "field": "kind", "maxWidth": 130},
-                        {"headerName": "off, mm", "field": "off", "maxWidth": 110},
-                        {"headerName": "expected below, mm", "field": "expected", "maxWidth": 170},
-                        {"headerName": "what is wrong", "field": "text", "flex": 1, "tooltipField": "text"},
+                        {"headerName": _("row"), "field": "row", "maxWidth": 80},
+                        {"headerName": _("verdict"), "field": "kind", "maxWidth": 130},
+                        {"headerName": _("off, mm"), "field": "off", "maxWidth": 110},
+                        {"headerName": _("expected below, mm"), "field": "expected", "maxWidth": 170},
+                        {"headerName": _("what is wrong"), "field": "text", "flex": 1, "tooltipField": "text"},
                     ],
                     "rowData": [],
                     "rowSelection": {"mode": "singleRow"},
                     "rowClassRules": {"text-red-600 dark:text-red-300": "!data.kept"},
                 },
-                theme="balham",
             )
-            .classes("w-full h-72")
+            .classes("h-72")
             .props('data-test="rows"')
         )
 
         async def decide(choice: str) -> None:
             chosen = await grid.get_selected_row()
             if chosen is None:
-                ui.notify("select a row first")
+                ui.notify(_("select a row first"))
                 return
             with told():
                 session.decide(int(chosen["row"]), choice)
             seen["rows"] = -1
 
         with ui.row():
-            ui.button("Keep", on_click=lambda: decide("keep")).props("outline dense")
-            ui.button("Leave out", on_click=lambda: decide("leave")).props("outline dense")
-            ui.label(f"kept rows: {LIVE}/{MEASUREMENTS}").classes("text-sm self-center")
+            ui.button(_("Keep"), on_click=lambda: decide("keep")).props("outline dense")
+            ui.button(_("Leave out"), on_click=lambda: decide("leave")).props("outline dense")
+            ui.label(_("kept rows: {file}", file=f"{LIVE}/{MEASUREMENTS}")).classes("text-sm self-center")
 
     seen = {"rows": -1}
 
@@ -153,18 +169,18 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
             return
         seen["rows"] = len(session.rows)
         pose = await run.io_bound(session.next_pose)
-        _fill(session, last, said, count)
+        _fill(session, last, sigma, count)
         goal = None if session.goal is None else float(from_si(session.goal, "mm"))
         steps = [(n, float(from_si(value, "mm"))) for n, value in session.history]
-        chart.update_figure(pictures.falling([n for n, _ in steps], [v for _, v in steps], goal, "rows kept"))
+        chart.update_figure(pictures.falling([n for n, _ in steps], [v for _, v in steps], goal, _("rows kept")))
         grid.options["rowData"] = _table(session)
         grid.update()
         if pose is None:
-            next_said.text = "every pose of the plan is measured"
+            next_said.text = _("every pose of the plan is measured")
             return
         units = ["mm" if kind == "prismatic" else "°" for kind in session.nominal.joint_types]
         shown_at = "  ".join(f"J{k + 1} {v:.2f}{u}" for k, (v, u) in enumerate(zip(pose.shown, units, strict=True)))
-        which = "" if pose.planned is None else f"planned pose {pose.planned + 1}: "
+        which = "" if pose.planned is None else _("planned pose {number}", number=pose.planned + 1) + ": "
         next_said.text = which + shown_at
         robot = session.nominal if session.belief is None else session.belief.robot
         done = [row.data.position[0] for row in session.rows
@@ -172,29 +188,31 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
         traces = pictures.arm(robot, pose.q)
         if done and session.belief is not None:
             points = pictures.millimetres(np.array(done))
-            traces.append(pictures.cloud(points, pictures.GREEN, [f"row {k}" for k in session.kept], 3))
+            traces.append(pictures.cloud(points, pictures.GREEN, [_("row {row}", row=k) for k in session.kept], 3))
         picture.update_figure(pictures.scene(traces))
 
     ui.timer(EVERY, look)
 
 
-def _fill(session: LiveSession, last: Any, said: Any, count: Any) -> None:
+def _fill(session: LiveSession, last: Any, sigma: Any, count: Any) -> None:
     """The last row's verdict, and where the session stands."""
     if session.rows:
         row = session.rows[-1]
         good = row.judgement.kind == "ok"
-        last.text = f"row {len(session.rows) - 1}: {row.judgement.text or 'ok'}"
+        last.text = _("row {row}", row=len(session.rows) - 1) + f": {_(row.judgement.text) or _('ok')}"
         last.classes(replace=f"text-lg {'text-positive' if good else 'text-negative font-bold'}")
     kept = len(session.kept)
-    count.text = f"{len(session.rows)} rows, {kept} kept"
+    count.text = _("{rows} rows, {kept} kept", rows=len(session.rows), kept=kept)
     if session.deviation is None:
-        said.text = "σ not known yet"
+        sigma.text = _("σ not known yet")
         return
-    said.text = f"σ {from_si(session.deviation, 'mm'):.3g} mm"
+    sigma.text = f"σ {significant(from_si(session.deviation, 'mm'))} mm"
     if session.goal is not None:
-        goal = f"{from_si(session.goal, 'mm'):g} mm"
-        to_go = session.rows_to_go
-        count.text += f"; goal {goal} reached: enough" if session.is_enough else f"; about {to_go} more to {goal}"
+        goal = float(from_si(session.goal, "mm"))
+        if session.is_enough:
+            count.text += _("; goal {goal:g} mm reached: enough", goal=goal)
+        else:
+            count.text += _("; about {count} more to {goal:g} mm", count=session.rows_to_go, goal=goal)
 
 
 def _table(session: LiveSession) -> list[dict[str, Any]]:
@@ -204,10 +222,10 @@ def _table(session: LiveSession) -> list[dict[str, Any]]:
     return [
         {
             "row": k,
-            "kind": row.decision or _KINDS.get(row.judgement.kind, row.judgement.kind),
+            "kind": _(_KINDS.get(row.decision or row.judgement.kind, row.judgement.kind)),
             "off": mm(row.judgement.off),
             "expected": mm(row.judgement.expected),
-            "text": row.judgement.text,
+            "text": _(row.judgement.text),
             "kept": row.is_kept,
         }
         for k, row in reversed(list(enumerate(session.rows)))

@@ -18,13 +18,14 @@ from fastcal.errors import FastcalError
 from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
 from fastcal.programs import Program
-from fastcal.report.formatting import plural
+from fastcal.report.formatting import fixed
+from fastcal.report.language import _
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import INPUTS
-from fastcal.studio.shell import card, command_line, told
+from fastcal.studio.shell import card, command_line, said_by, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -38,8 +39,8 @@ def build(studio: Studio) -> None:
     project = studio.project
     models = project.models()
     if not models:
-        ui.label("There is no calibrated model yet.")
-        ui.link("To the screen Result", "/result")
+        ui.label(_("There is no calibrated model yet."))
+        ui.link(_("To the screen Result"), "/result")
         return
 
     def programs() -> list[str]:
@@ -47,7 +48,7 @@ def build(studio: Studio) -> None:
         found = sorted(folder.iterdir()) if folder.is_dir() else []
         return [f"{INPUTS}/{path.name}" for path in found if path.suffix.lower() in _ENDINGS[:-2]]
 
-    with card("Which program, by which model"), ui.row().classes("items-end gap-4"):
+    with card(_("Which program, by which model")), ui.row().classes("items-end gap-4"):
 
         async def arrived(event: events.UploadEventArguments) -> None:
             with told():
@@ -55,17 +56,17 @@ def build(studio: Studio) -> None:
                 source.set_options(programs(), value=name if name in programs() else None)
             upload.reset()
 
-        upload = ui.upload(label="Drop a program (.mod, .src + .dat, .ls, .script)", auto_upload=True, multiple=True,
+        upload = ui.upload(label=_("Drop a program (.mod, .src + .dat, .ls, .script)"), auto_upload=True, multiple=True,
                            on_upload=arrived)  # fmt: skip
         upload.props('flat bordered data-test="drop-program"').classes("w-80")
         there = programs()
-        source = ui.select(there, value=there[0] if there else None, label="Program").classes("w-64")
-        model = ui.select(models, value=models[0], label="Model").classes("w-56")
-        payload = ui.number("Payload, kg", value=0.0, min=0).classes("w-28")
+        source = ui.select(there, value=there[0] if there else None, label=_("Program")).classes("w-64")
+        model = ui.select(models, value=models[0], label=_("Model")).classes("w-56")
+        payload = ui.number(_("Payload, kg"), value=0.0, min=0).classes("w-28")
 
         async def change() -> None:
             if not source.value:
-                ui.notify("drop a program first")
+                ui.notify(_("drop a program first"))
                 return
             out.clear()
             with out:
@@ -75,7 +76,9 @@ def build(studio: Studio) -> None:
                     program = load_program(path)
                     found = await run.io_bound(partial(compensate_program, robot, program, **options))
                 except FastcalError as error:
-                    ui.label(_own(studio, str(error))).classes("text-negative").props('data-test="refused" role=alert')
+                    ui.label(_own(studio, _(said_by(error)))).classes("text-negative").props(
+                        'data-test="refused" role=alert'
+                    )
                     return
                 if found is None:  # the window was closed
                     return
@@ -86,7 +89,7 @@ def build(studio: Studio) -> None:
                 words += ["--payload-kg", f"{payload.value:g}"] if options else []
                 _shown(studio, robot, program, found, files, project.remember([*words, "-o", f"{OUT}/{path.name}"]))
 
-        ui.button("Compensate", on_click=change).props('data-test="compensate"')
+        ui.button(_("Compensate"), on_click=change).props('data-test="compensate"')
     out = ui.column().classes("w-full")
 
 
@@ -99,40 +102,49 @@ def _shown(
     studio: Studio, robot: Robot, program: Program, found: CompensatedProgram, files: list[Path], line: str
 ) -> None:
     error = from_si(found.error, "mm")
-    with card("What it does"):
-        taken = f"mean {error.mean():.2f} mm, largest {error.max():.2f} mm"
-        ui.label(f"{plural(len(found.targets), 'target')}; error taken away: {taken}").classes("text-lg").props(
-            'data-test="taken"'
+    with card(_("What it does")):
+        count = len(found.targets)
+        taken = _(
+            "{targets}; error taken away: mean {mean:.2f} mm, largest {most:.2f} mm",
+            targets=_("1 target") if count == 1 else _("{count} targets", count=count),
+            mean=float(error.mean()),
+            most=float(error.max()),
         )
+        ui.label(taken).classes("text-lg").props('data-test="taken"')
         for sentence in (*found.left, *found.assumed):
-            ui.label(f"⚠ {_own(studio, sentence)}").classes("text-warning")
+            ui.label(f"⚠ {_own(studio, _(sentence))}").classes("text-warning")
         for sentence in found.notes:
-            ui.label(f"• {_own(studio, sentence)}").classes("text-sm")
+            ui.label(f"• {_own(studio, _(sentence))}").classes("text-sm")
         for file in files:
             name = str(file.relative_to(studio.project.folder))
-            ui.link(f"Download {file.name}", address(name)).props('download data-test="download"')
+            ui.link(_("Download {file}", file=file.name), address(name)).props('download data-test="download"')
         command_line(line)
     nominal = nominal_robot(robot)
     # What the pendant's robot and the real one do at the program's own joints, in the robot's base.
     before = nominal.forward(found.nominal_q)[:, :3, 3]
     points = pictures.millimetres(before)
     shift = pictures.millimetres(found.shift[:, :3])
-    texts = [f"{t.name}: {e:.2f} mm" for t, e in zip(found.targets, error, strict=True)]
+    texts = [f"{t.name}: {fixed(float(e), 2)} mm" for t, e in zip(found.targets, error, strict=True)]
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
-        with card("In space", f"Targets, and where they are sent instead, {_TIMES} times as long."):
+        with card(_("In space"), _("Targets, and where they are sent instead, {times} times as long.", times=_TIMES)):
             traces: list[dict[str, Any]] = [pictures.cloud(points, pictures.BLUE, texts, 5),
                                             pictures.arrows(points, shift, _TIMES, pictures.AMBER)]  # fmt: skip
             ui.plotly(pictures.scene([*traces, *pictures.arm(nominal, found.nominal_q[0])])).classes("w-full")
-        with card("Targets"):
+        with card(_("Targets")):
             rows = [
                 {"target": t.name, "line": t.line, "error": round(float(e), 3),
                  "turn": round(float(np.abs(from_si(found.q[k] - found.nominal_q[k], "deg")).max()), 4)}
                 for k, (t, e) in enumerate(zip(found.targets, error, strict=True))
             ]  # fmt: skip
-            titles = {"target": "target", "line": "line", "error": "error, mm", "turn": "largest joint change, °"}
+            titles = {
+                "target": _("name"),
+                "line": _("line"),
+                "error": _("error, mm"),
+                "turn": _("largest joint change, °"),
+            }
             columns = [{"headerName": title, "field": key, "flex": 1} for key, title in titles.items()]
-            ui.aggrid({"columnDefs": columns, "rowData": rows}, theme="balham").classes("w-full h-96")
-    with card("In the text"):
+            table({"columnDefs": columns, "rowData": rows}).classes("h-96")
+    with card(_("In the text")):
         for old, new in zip(program.documents, found.documents, strict=True):
             ui.html(_difference(old.text, new.text), sanitize=False).classes("w-full").props('data-test="difference"')
 

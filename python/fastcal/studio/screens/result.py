@@ -12,7 +12,10 @@ from fastcal.io.atomic import write_bytes
 from fastcal.io.measurements import load_measurements
 from fastcal.io.results import read_json
 from fastcal.io.robot_file import load_robot
+from fastcal.report.formatting import significant
+from fastcal.report.language import _
 from fastcal.robot.dropped_effects import name_of
+from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import ROBOT
@@ -21,8 +24,9 @@ from fastcal.studio.shell import card, command_line, job_bar, told
 from fastcal.studio.state import Studio
 
 CALIBRATION, DIAGNOSIS = "calibration", "diagnosis"
+_TABS = {CALIBRATION: said("Calibration"), DIAGNOSIS: said("Diagnosis")}
 SCREEN, REFIT = "result", "refit"
-_ALL = "with all"
+_ALL = said("with all")
 
 
 def build(studio: Studio) -> None:
@@ -30,29 +34,30 @@ def build(studio: Studio) -> None:
     project = studio.project
     data = project.data_files()
     if not project.has_robot or not data:
-        ui.label("Nothing is measured yet: bring files in, or measure with the robot.")
+        ui.label(_("Nothing is measured yet: bring files in, or measure with the robot."))
         with ui.row():
-            ui.link("To the screen Data", "/")
-            ui.link("To the screen Live", "/live")
+            ui.link(_("To the screen Data"), "/")
+            ui.link(_("To the screen Live"), "/live")
         return
 
-    with card("Run"):
+    with card(_("Run")):
         with ui.row().classes("items-end gap-4"):
-            source = ui.select(data, value=data[0], label="Measurements").classes("w-56")
-            effects = ui.input("Effects", value=project.answers.get("effects", "geometry")).classes("w-72")
-            ui.button("Calibrate", on_click=lambda: run_it("calibrate", CALIBRATION)).props('data-test="calibrate"')
-            ui.button("Diagnose: what is missing?", on_click=lambda: run_it("diagnose", DIAGNOSIS)).props(
+            source = ui.select(data, value=data[0], label=_("Measurements")).classes("w-56")
+            effects = ui.input(_("Effects"), value=project.answers.get("effects", "geometry")).classes("w-72")
+            ui.button(_("Calibrate"), on_click=lambda: run_it("calibrate", CALIBRATION)).props('data-test="calibrate"')
+            ui.button(_("Diagnose: what is missing?"), on_click=lambda: run_it("diagnose", DIAGNOSIS)).props(
                 'outline data-test="diagnose"'
             )
         line = ui.column().classes("w-full")
 
         def run_it(task: str, out: str) -> None:
+            titles = {"calibrate": said("calibrating"), "diagnose": said("diagnosing")}
             options = {"effects": effects.value} if task == "calibrate" else {}
             words = [task, ROBOT, source.value, "-o", out]
             words += ["--effects", effects.value] if options and effects.value != "geometry" else []
             with told():
                 project.answer("effects", effects.value)
-                studio.start(SCREEN, task, task, robot=ROBOT, data=source.value, out=out, **options)
+                studio.start(SCREEN, titles[task], task, robot=ROBOT, data=source.value, out=out, **options)
                 line.clear()
                 with line:
                     command_line(project.remember(words))
@@ -65,10 +70,10 @@ def build(studio: Studio) -> None:
         there.sort(key=lambda out: project.path(f"{out}/report.html").stat().st_mtime, reverse=True)
         if not there:
             return
-        ui.link("Next: compensate a robot program on the screen Program", "/program").props('data-test="next"')
+        ui.link(_("Next: compensate a robot program on the screen Program"), "/program").props('data-test="next"')
         with ui.tabs().props("align=left") as tabs:
             for out in there:
-                ui.tab(out)
+                ui.tab(out, label=_(_TABS[out]))
         with ui.tab_panels(tabs, value=there[0]).classes("w-full"):
             for out in there:
                 with ui.tab_panel(out).classes("p-0"):
@@ -77,10 +82,10 @@ def build(studio: Studio) -> None:
                         _apart(studio)
                     changed = int(project.path(f"{out}/report.html").stat().st_mtime)
                     page = f"{address(out)}/report.html?at={changed}"
-                    ui.element("iframe").props(f'src="{page}" title="{out}" data-test="page-{out}"').classes(
+                    ui.element("iframe").props(f'src="{page}" title="{_(_TABS[out])}" data-test="page-{out}"').classes(
                         "w-full border rounded bg-white"
                     ).style("height: 85vh")
-                    ui.link("open it by itself", page, new_tab=True)
+                    ui.link(_("open it by itself"), page, new_tab=True)
 
     pages()
 
@@ -99,9 +104,11 @@ def _apart(studio: Studio) -> None:
             write_bytes(place, poses.read_bytes())
             ui.navigate.to("/plan")
 
-    with card("What tells them apart", "The data fit several causes; these poses, measured next, leave one."):
+    with card(_("What tells them apart"), _("The data fit several causes; these poses, measured next, leave one.")):
         count = len(load_measurements(poses, project.robot(), require_measured=False))
-        ui.button(f"Take the {count} poses to Plan", on_click=plan, icon="route").props('data-test="tell-apart"')
+        ui.button(_("Take the {count} poses to Plan", count=count), on_click=plan, icon="route").props(
+            'data-test="tell-apart"'
+        )
 
 
 def _switches(studio: Studio, out: str, source: Any) -> None:
@@ -112,24 +119,24 @@ def _switches(studio: Studio, out: str, source: Any) -> None:
     if not names:
         return
     gaps = _known(studio, out)
-    with card("Without it?", "Turn an effect off; the others are fitted again in the background."):
+    with card(_("Without it?"), _("Turn an effect off; the others are fitted again in the background.")):
         with ui.row().classes("items-center gap-4"):
             switches = {name: ui.switch(name, value=True).props(f'data-test="switch-{name}"') for name in names}
 
         def refit() -> None:
             off = [name for name in names if not switches[name].value]
             data, robot = source.value, ROBOT
-            studio.start(f"{REFIT}-{out}", "fitting", "without", robot=robot, data=data, model=model, off=off)
+            studio.start(f"{REFIT}-{out}", said("fitting"), "without", robot=robot, data=data, model=model, off=off)
 
         chart = ui.plotly(_bars(gaps)).classes("w-full").props('data-test="gap"')
-        said = ui.label().props('data-test="gap-said"')
+        left = ui.label().props('data-test="gap-said"')
 
         def show(result: dict[str, Any]) -> None:
             off = [name for name in names if not switches[name].value]
-            name = f"without {', '.join(off)}" if off else _ALL
+            name = _("without {effects}", effects=", ".join(off)) if off else _(_ALL)
             gaps[name] = result["after_mm"]
             chart.update_figure(_bars(gaps))
-            said.text = f"{name}: {result['after_mm']:.4g} mm"
+            left.text = f"{name}: {significant(result['after_mm'], 4)} mm"
 
         job_bar(studio, f"{REFIT}-{out}", show)
         for switch in switches.values():
@@ -141,11 +148,11 @@ def _known(studio: Studio, out: str) -> dict[str, float]:
     folder = studio.project.path(out)
     if (folder / "diagnosis.json").exists():
         gap = read_json(folder / "diagnosis.json")["gap"]
-        return {"geometry alone": gap[0]["train_rms_mm"], _ALL: gap[-1]["train_rms_mm"]}
+        return {_("geometry alone"): gap[0]["train_rms_mm"], _(_ALL): gap[-1]["train_rms_mm"]}
     after = read_json(folder / "result.json")["train"].get("after_mm")
-    return {} if after is None else {_ALL: after["rms"]}
+    return {} if after is None else {_(_ALL): after["rms"]}
 
 
 def _bars(gaps: dict[str, float]) -> pictures.Figure:
-    colours = [pictures.GREEN if name == _ALL else pictures.RED for name in gaps]
-    return pictures.bars(list(gaps), list(gaps.values()), colours, "RMS error, mm")
+    colours = [pictures.GREEN if name == _(_ALL) else pictures.RED for name in gaps]
+    return pictures.bars(list(gaps), list(gaps.values()), colours, _("RMS error, mm"))

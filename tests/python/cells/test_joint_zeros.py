@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Signs and zeros of an arm of four joints whose motors count from anywhere, from a dozen pictures, to files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.calibration.moving_rig import frames_of
+from fastcal.cells.joint_zeros import joint_zeros
+from fastcal.cli.app import main
+from fastcal.errors import InvalidInput, Undetermined
+from fastcal.importers.corners import load_seen
+from fastcal.io.robot_file import load_robot
+from fastcal.robot.rig import board_corners
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+JOINTS = {  # origin xyz, rpy; limits
+    "pan": ("0.02 -0.023 0.095", "3.14159265 0 1.57079633", 1.9),
+    "lift": ("-0.03 -0.018 -0.054", "-1.57079633 -1.57079633 0", 1.7),
+    "elbow": ("-0.113 -0.028 0", "0 0 1.57079633", 1.7),
+    "roll": ("0 -0.12 0.018", "1.57079633 0 3.14159265", 2.8),
+}
+SIGN, ZERO = np.array([1.0, -1.0, 1.0, -1.0]), np.radians([30.0, -100.0, 65.0, 0.0])
+COUNT, NOISE_PX = 12, 0.2
+
+
+def urdf() -> str:
+    out, parent = ['<robot name="four"><link name="base"/>'], "base"
+    for name, (xyz, rpy, limit) in JOINTS.items():
+        out.append(
+            f'<link name="{name}_link"/><joint name="{name}" type="revolute"><origin xyz="{xyz}" rpy="{rpy}"/>'
+            f'<parent link="{parent}"/><child link="{name}_link"/><axis xyz="0 0 1"/>'
+            f'<limit lower="-{limit}" upper="{limit}" effort="9" velocity="9"/></joint>'
+        )
+        parent = f"{name}_link"
+    return "".join([*out, "</robot>"])
+
+
+def placed(turn: list[float], at: list[float]) -> FloatArray:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = _core.exp_so3(np.array(turn)), at
+    return T
+
+
+def written(folder: Path, *, noise_deg: float = 0.1) -> FloatArray:
+    """Cell, poses as the motors count, and corners; the chain's joint positions."""
+    lens = {"size_px": [640, 480], "focal_px": [600, 600], "centre_px": [320, 240]}
+    board = {"on": "world", "kind": "checkerboard", "columns": 8, "rows": 6, "square_mm": 20}
+    cell: dict[str, object] = {"arms": {"arm": {"robot": "four.urdf"}}}
+    cell |= {"cameras": {"wrist": {"on": "arm", **lens}}, "boards": {"b": board}}
+    (folder / "four.urdf").write_text(urdf())
+    (folder / "cell.yaml").write_text(yaml.safe_dump(cell))
+    arm = load_robot(folder / "cell.yaml")
+    random = np.random.default_rng(4)
+    middle = np.array([0.0, 0.2, -0.3, 0.1])
+    X = placed([0.3, -0.2, 0.5], [0.02, 0.03, -0.03])
+    Y = frames_of(arm, middle[np.newaxis], "arm")[0] @ X @ placed([0.2, -0.1, 0.3], [-0.07, -0.05, 0.3])
+    points, q, lines = board_corners(arm.description.boards["b"]), [], ["row,camera,board,corner,u_px,v_px"]
+    while len(q) < COUNT:
+        tried = middle + random.uniform(-1, 1, 4) * [0.6, 0.5, 0.5, 1.2]
+        T = np.linalg.inv(frames_of(arm, tried[np.newaxis], "arm")[0] @ X) @ Y
+        p = points @ T[:3, :3].T + T[:3, 3]
+        uv = 600 * p[:, :2] / p[:, 2:] + [320, 240] + NOISE_PX * random.standard_normal((len(p), 2))
+        if (p[:, 2] > 0.1).all() and (uv > 5).all() and (uv < [635, 475]).all():
+            lines += [f"{len(q)},wrist,b,{k},{u:.4f},{v:.4f}" for k, (u, v) in enumerate(uv)]
+            q.append(tried)
+    true = np.array(q)
+    counts = SIGN * (true + np.radians(noise_deg) * random.standard_normal(true.shape) - ZERO)
+    rows = [",".join(f"{angle:.6f}" for angle in row) for row in np.degrees(counts)]
+    (folder / "poses.csv").write_text("\n".join(["j1_deg,j2_deg,j3_deg,j4_deg", *rows]) + "\n")
+    (folder / "corners.csv").write_text("\n".join(lines) + "\n")
+    return true
+
+
+def found_in(folder: Path) -> tuple[Robot, dict[str, object]]:
+    return load_robot(folder / "z" / "robot.yaml"), json.loads((folder / "z" / "zeros.json").read_text())
+
+
+def test_signs_and_zeros_from_a_dozen_pictures_to_all_files(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fastcal.cells.joint_zeros.STARTS", 6)  # of two zeros
+    true = written(tmp_path)
+    ticks = {"id": 1, "drive_mode": 0, "homing_offset": -14, "range_min": 47, "range_max": 4047}
+    (tmp_path / "old.json").write_text(json.dumps(dict.fromkeys((*JOINTS, "gripper"), ticks)))
+    words = [str(tmp_path / "poses.csv"), "--corners", str(tmp_path / "corners.csv")]
+    more = ["--lerobot", str(tmp_path / "old.json"), "-o", str(tmp_path / "z")]
+    assert main(["zeros", str(tmp_path / "cell.yaml"), *words, *more]) == 0
+    said = capsys.readouterr()
+    model, content = found_in(tmp_path)
+    joints = content["joints"]
+    assert isinstance(joints, list)
+    assert [joint["sign"] for joint in joints] == SIGN.tolist()
+    for k in (1, 2):
+        off = joints[k]["zero_deg"] - np.degrees(ZERO[k])
+        assert abs(off) < max(4 * joints[k]["std_deg"], 0.05)
+        assert joints[k]["std_deg"] < 1.0
+    assert [joints[k]["std_deg"] for k in (0, 3)] == [None, None]
+    assert "lift: sign -1, zero -" in said.out
+    assert "pan: sign +1, zero not shown" in said.out
+    assert "lift counts the other way round" in said.err
+    # The same file of poses is read rightly beside the new robot file, but for what no picture shows.
+    counts = load_seen([tmp_path / "poses.csv"], model, tmp_path / "corners.csv").q
+    assert np.degrees(np.abs(counts[:, 1:3] - true[:, 1:3])).max() < 1.5
+    assert main(["calibrate", str(tmp_path / "z" / "robot.yaml"), *words, "-o", str(tmp_path / "out")]) in (0, 3)
+    # The URDF counts as the motors do: it is the arm that the robot file is.
+    J = np.radians(np.random.default_rng(1).uniform(-40, 40, (5, 4)))
+    other = load_robot(tmp_path / "z" / "counted.urdf")
+    chain = model.pendant.chain(J)
+    np.testing.assert_allclose(frames_of(other, J, "arm"), frames_of(model, chain, "arm"), atol=1e-9)
+    low, high = other.limits.T
+    assert (low < high).all()
+    # LeRobot's degrees of the same ticks are the chain's, but for the sign.
+    new = json.loads((tmp_path / "z" / "lerobot.json").read_text())
+    assert new["gripper"] == ticks
+    for k, name in ((1, "lift"), (2, "elbow")):
+        assert 47 <= new[name]["range_min"] < new[name]["range_max"] <= 4047
+        middle = (new[name]["range_min"] + new[name]["range_max"]) / 2
+        ticks_of = 2047 + np.degrees(J[:, k]) * 4095 / 360
+        degrees = (ticks_of - middle) * 360 / 4095
+        np.testing.assert_allclose(SIGN[k] * degrees, np.degrees(chain[:, k]), atol=0.1)
+
+
+def test_pictures_of_other_rows_fit_no_signs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fastcal.cells.joint_zeros.STARTS", 2)
+    written(tmp_path)
+    arm = load_robot(tmp_path / "cell.yaml")
+    data = load_seen([tmp_path / "poses.csv"], arm, tmp_path / "corners.csv")
+    wrong = data.select(np.arange(COUNT))
+    wrong.q[:] = np.random.default_rng(0).uniform(-1, 1, wrong.q.shape)
+    with pytest.raises(Undetermined, match="no signs and zeros of the joints fit the pictures"):
+        joint_zeros(arm, wrong)
+
+
+def test_too_few_pictures_are_refused(tmp_path: Path) -> None:
+    written(tmp_path)
+    arm = load_robot(tmp_path / "cell.yaml")
+    data = load_seen([tmp_path / "poses.csv"], arm, tmp_path / "corners.csv").select(np.arange(5))
+    with pytest.raises(InvalidInput, match="6 or more pictures"):
+        joint_zeros(arm, data)

@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What the common commands print passes the translator: with a catalogue of blots nothing is left but names."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import pytest
+
+import fastcal
+from fastcal.cli import main
+from fastcal.report import language
+
+COMPLIANCE = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 4e-6}}
+PROGRAM = "def demo():\n  movej([0.3, -1.4, 1.6, -1.7, -1.5, 0.2], a=1.0, v=0.5)\nend\n"
+# Names: of effects and their parameters, files, commands, the arm, losses, units, kinds of program.
+NAMES = re.compile(
+    r"[\w/]+\.(?:json|html|csv|yaml|script)|\w+@\w+|[a-z0-9]+(?:_[a-z0-9]+)+|fastcal \w+|--[a-z-]+|URScript|"
+    r"joint\d \w+|theta|alpha|beta|backlash|tukey|"
+    r"\b(?:rms|deg|xyz|rpy|ISO|RMS|ur5|cal|out)\b"
+)
+
+
+class Blotted(dict[str, str]):
+    """The catalogue of a language in which every letter is a blot."""
+
+    def get(self, message: str, default: Any = None) -> str:
+        parts = re.split(r"(\{.*?\})", message)
+        return "".join(part if k % 2 else re.sub(r"[^\W\d_]", "¤", part) for k, part in enumerate(parts))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    there = tmp_path_factory.mktemp("german")
+    nominal = fastcal.load_robot("ur5")
+    real = fastcal.perturbed(nominal.with_(effects=[COMPLIANCE]), seed=2)
+    for name, count in (("fit", 60), ("test", 20), ("later", 12)):
+        q = fastcal.random_poses(nominal, count, seed=count)
+        data = fastcal.simulate(real, q, noise=3e-5, seed=count)
+        fastcal.write_measurements(there / f"{name}.csv", data, nominal.joint_types)
+    fastcal.calibrate(nominal, there / "fit.csv").save(there / "cal")
+    (there / "demo.script").write_text(PROGRAM)
+    targets = fastcal.Dataset.from_arrays(fastcal.random_poses(nominal, 5, seed=3))
+    fastcal.write_measurements(there / "poses.csv", targets, nominal.joint_types)
+    return there
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "calibrate ur5 fit.csv --test test.csv --limit-mm 0.3 -o out",
+        "calibrate ur5 fit.csv --choose least -o out",
+        "diagnose ur5 fit.csv --test test.csv -o out",
+        "check cal/model.yaml later.csv",
+        "evaluate cal/model.yaml test.csv",
+        "compensate cal/model.yaml demo.script -o out.script",
+    ],
+)
+def test_nothing_english_is_printed(folder: Path, line: str, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.chdir(folder)
+    capsys.readouterr()
+    with mock.patch.object(language, "catalogue", return_value=Blotted()):
+        assert main([*line.split(), "--page-language", "de_DE"]) in (0, 4)
+    said = capsys.readouterr().out
+    assert "¤" in said
+    words = re.findall(r"[^\W\d_]{3,}", NAMES.sub(" ", said))
+    assert " ".join(sorted({word for word in words if "¤" not in word})) == ""
+
+
+def test_german_sentences_of_a_command(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("FASTCAL_LANGUAGE", "de_DE.UTF-8")
+    assert main(["evaluate", "cal/model.yaml", "test.csv"]) == 0
+    out = capsys.readouterr().out
+    assert "ur5 an test.csv: 20 Zeilen" in out
+    assert re.search(r"Positionsfehler: Mittel 0,\d{4} mm", out)
+    monkeypatch.setenv("FASTCAL_LANGUAGE", "fr")
+    assert main(["evaluate", "cal/model.yaml", "test.csv"]) == 2
+    assert "expected en or de, got 'fr'" in capsys.readouterr().err
