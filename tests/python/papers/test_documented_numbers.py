@@ -254,7 +254,7 @@ RX160L: list[tuple[str, str, list[tuple[str, str, str, str]]]] = [
     ),
     (
         "docs/papers.md",
-        "but that of joint 2 at {} N m",
+        "that of joint 2 at {} N m in the median",
         [("staubli_rx160l", "compliance by payload pairs, medians of the arms", "joint2 critical (N m)", "found")],
     ),
     *(
