@@ -50,6 +50,7 @@ FIGURES: tuple[Callable[[], Figure], ...] = (
     load.pin_slack,
     scanned.tool_step,
     scanned.zero_step,
+    scanned.posture_backlash,
     scanned.range_step,
     scanned.range_wave,
     scanned.thermal_spring,

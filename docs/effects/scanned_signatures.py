@@ -27,6 +27,13 @@ def zero_step() -> Figure:
     return Figure("time [s]", "joint 3 [mrad]", TIME, [("5e-4 rad at 6000 s", error)])
 
 
+def posture_backlash() -> Figure:
+    """A step over another joint's position."""
+    way, q = over_joint(2, -127, 142)
+    model = having("posture_backlash", "joint1<-joint2", {"gap_rad": 1e-3}, at_deg=-72.0)
+    return Figure("q2 [deg]", "joint 1 [mrad]", way, [("gap 1e-3 rad at -72 deg", joint_error(model, 1, q))])
+
+
 def range_step() -> Figure:
     """A step in time along the line of sight."""
     model = having("range_step", "instrument", {"step_mm": 0.05}, at_s=6000.0)

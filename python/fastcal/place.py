@@ -49,6 +49,11 @@ def place_of(name: str) -> Place:
     return Place(found["arm"] or "", found["kind"], int(found["number"] or 0)) if found else Place("", name, 0)
 
 
+def source_of(owner: str) -> Place:
+    """The joint behind the arrow of a pair, which acts on the one before it: joint2 of "joint1<-joint2"."""
+    return place_of(owner.partition("<-")[2])
+
+
 def joint_name(index: int) -> str:
     """The owner that joint `index`, counted from 0, is."""
     return f"joint{index + 1}"

@@ -16,6 +16,10 @@ from dataclasses import replace
 import numpy as np
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.diagnosis import scans
+from fastcal.diagnosis.problem import Noise, prepared_problem
+from fastcal.diagnosis.search import Search
+from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
@@ -25,7 +29,6 @@ from fastcal_studies.exhibits import DEG, MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
 from fastcal_studies.pmc6va030_page import WORLD_LINES
 from fastcal_studies.pmc6va030_page import page as page
-from fastcal_studies.sides import Sides, found_sides
 from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
 from fastcal_studies.study import Paper, Run
 
@@ -44,7 +47,7 @@ TILT_BEARING = 3.4e-7
 BLOCKS_KG = (0.0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, 15, 16, 17, 18, 20, 22, 25, 28, 30)
 TRAINED_LOADS, TRAINED_FOR_TESTS = 15, 9  # of 21; of the trained ones those in GB10
 CONFIGURATIONS, TURN_DEG = 168, 20.0
-YIELDING = "geometry,joint_compliance,bearing_tilt@joint1"
+YIELDING, JUMP = "geometry,joint_compliance,bearing_tilt@joint1", "posture_backlash"
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
 SETS = ("GA10", "GA20", "GB10", "GB20", "GB30")
 
@@ -130,26 +133,21 @@ def one_arm(seed: int, full: bool) -> Run:
         name: measured(true, own, under, outside, 10 * seed + k)
         for k, (name, (own, under)) in enumerate(parts.items(), start=1)
     }
-    yielding, sides, slack = with_slack(nominal, sets["GA10"])
-    marked = {name: sides.marked(data) for name, data in sets.items()}
-    _, whole_sides, whole = with_slack(nominal, empty)
-    _, part_sides, sided = with_slack(nominal, empty.select(slice(count)))
+    yielding, slack = with_slack(nominal, sets["GA10"])
+    _, whole = with_slack(nominal, empty)
+    _, sided = with_slack(nominal, empty.select(slice(count)))
+    owner, at = jump_of(slack)
     before = left(part.nominal, empty)
-    models = {
-        "nominal": (part.nominal, sets),
-        "kinematic": (part.model, sets),
-        "model": (yielding, sets),
-        "best": (slack.model, marked),
-    }
+    models = {"nominal": part.nominal, "kinematic": part.model, "model": yielding, "best": slack.model}
     untrained = ("GB10", "GB30")
     run: Run = {
         "configurations": len(q),
         "kinematic": {method: _kinematic(found, empty) for method, found in every.items()}
-        | {"slack": _kinematic(whole, whole_sides.marked(empty))},
+        | {"slack": _kinematic(whole, empty)},
         "before": lengths_mm(before),
         "axes_before": (before / MM).T.tolist(),
         "split": _split(part.model, empty, count),
-        "split_slack": _split(sided.model, part_sides.marked(empty), count),
+        "split_slack": _split(sided.model, empty, count),
         "by_pose": {"before": _sizes(before), "after": _sizes(left(part.model, empty))},
         "identified": {
             f"{p.owner} {p.name}": {"found": p.value, "std": p.std} for p in every["bfgs"].parameters
@@ -157,24 +155,19 @@ def one_arm(seed: int, full: bool) -> Run:
         "rows": {name: len(data) for name, data in sets.items()},
         "loads": {name: under.tolist() for name, (_, under) in parts.items()},
         "sets": {
-            key: {name: lengths_mm(left(of, rows[key])) for name, (of, rows) in models.items()} for key in sets
+            key: {name: lengths_mm(left(of, rows)) for name, of in models.items()} for key, rows in sets.items()
         },
         "untrained": {
-            name: lengths_mm(np.vstack([left(of, rows[key]) for key in untrained]))
-            for name, (of, rows) in models.items()
+            name: lengths_mm(np.vstack([left(of, sets[key]) for key in untrained])) for name, of in models.items()
         },
-        "sides": {
-            "joint": sides.joint,
-            "deg": sides.position / DEG,
-            "right": float(np.mean(sides(q[count:]) == _side(q[count:]))),
-        },
+        "jump": {"owner": owner, "deg": at, "right": _share_right(q[count:], at)},
         "by_load": _by_load(part.model, sets),
         "residual": (left(part.model, sets["GA10"])[:400] / MM).tolist(),
     }  # fmt: skip
     if HAS_TORCH:
         from fastcal_studies.pmc6va030_networks import networks
 
-        run |= networks(part.model, yielding, sets, (slack.model, marked), seed, full)
+        run |= networks(part.model, yielding, sets, slack.model, seed, full)
         own = {name: run["networks"][name]["untrained"]["mean"] for name in WORLD_LINES}
         run["worlds"] = {"joints": own} | {
             world: elsewhere(part.model, parts, in_world(outside, world, true, sets["GB10"]), true, seed)
@@ -194,8 +187,7 @@ def elsewhere(
         for k, name in enumerate(SETS, start=1)
         if name in ("GA10", *UNTRAINED)
     }
-    _, sides, slack = with_slack(load_robot(PAPER.robot), sets["GA10"])
-    return compared(model, slack.model, sets, {name: sides.marked(data) for name, data in sets.items()}, seed)
+    return compared(model, with_slack(load_robot(PAPER.robot), sets["GA10"])[1].model, sets, seed)
 
 
 def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
@@ -208,11 +200,29 @@ def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
     return nominal, data, measured(true, q[count:], np.sort(loads[TRAINED_LOADS:]), outside, 10 * seed + 5), true
 
 
-def with_slack(nominal: Robot, data: Dataset) -> tuple[Robot, Sides, CalibrationResult]:
-    """The model without a slack, the sides that its residuals show, and the fit with a slack of each joint."""
+def with_slack(nominal: Robot, data: Dataset) -> tuple[Robot, CalibrationResult]:
+    """The model without a slack, and the fit with that of the pair of joints which a diagnosis finds beside it.
+
+    Raises:
+        InvalidInput: It finds none.
+    """
     yielding = calibrate(nominal, data, effects=YIELDING).model
-    sides = found_sides(yielding, data)
-    return yielding, sides, calibrate(nominal, sides.marked(data), effects=f"{YIELDING},backlash")
+    problem = prepared_problem(yielding, data, [], Noise((NOISE, NOISE, NOISE)), 1)
+    found = scans.scan(Search(problem).start, among={JUMP})
+    if not found:
+        raise InvalidInput("no joint jumps where another one passes a position")
+    return yielding, calibrate(nominal, data, effects=f"{YIELDING},{JUMP}@{found[0].owner}")
+
+
+def jump_of(slack: CalibrationResult) -> tuple[str, float]:
+    """Which joint jumps by which other one, and where that stands [deg]."""
+    (entry,) = [entry for entry in slack.model.spec["effects"] if entry["effect"] == JUMP]
+    return entry["owner"], entry["parameters"]["at_deg"]["value"]
+
+
+def _share_right(q: FloatArray, at: float) -> float:
+    """Share of postures q (N, 6) that a jump where joint 2 passes `at` [deg] puts on their side."""
+    return float(np.mean((q[:, 1] > at * DEG) == (_side(q) > 0)))
 
 
 def _split(model: Robot, data: Dataset, count: int) -> dict[str, dict[str, float]]:

@@ -46,23 +46,21 @@ def _stopped_early(problem: Problem, own: list[IntArray], options: Options) -> l
     return [AxisNetworks(found[0].scaling, tuple(net for part in found for net in part.nets), found[0].unit)]
 
 
-def compared(
-    model: Robot, best: Robot, sets: Mapping[str, Dataset], marked: Mapping[str, Dataset], seed: int
-) -> dict[str, float]:
+def compared(model: Robot, best: Robot, sets: Mapping[str, Dataset], seed: int) -> dict[str, float]:
     """Mean errors [mm] of the rows not trained on: the paper's networks, SOMM-ANN behind fastcal's model, and mlp."""
-    problem, ours = problem_of(model, sets["GA10"], seed=seed), problem_of(best, marked["GA10"], seed=seed)
+    problem, ours = (problem_of(of, sets["GA10"], seed=seed) for of in (model, best))
     own, rows = [np.arange(len(problem))], [np.arange(len(ours))]
     options = Options(seed=seed, trials=0)
     with one_thread():
-        fitted: dict[str, tuple[Robot, Mapping[str, Dataset], Sequence[Expert]]] = {
-            "somm": (model, sets, fit_somm(problem, own, options)),
-            "ca": (model, sets, fit_ca_somm(problem, own, options)),
-            "somm_ours": (best, marked, fit_somm(ours, rows, options)),
-            "best": (best, marked, fit_mlp(ours, rows * ENSEMBLE, options)),
+        fitted: dict[str, tuple[Robot, Sequence[Expert]]] = {
+            "somm": (model, fit_somm(problem, own, options)),
+            "ca": (model, fit_ca_somm(problem, own, options)),
+            "somm_ours": (best, fit_somm(ours, rows, options)),
+            "best": (best, fit_mlp(ours, rows * ENSEMBLE, options)),
         }
     return {
-        name: lengths_mm(np.vstack([_left_by(of, members, data[key]) for key in UNTRAINED]))["mean"]
-        for name, (of, data, members) in fitted.items()
+        name: lengths_mm(np.vstack([_left_by(of, members, sets[key]) for key in UNTRAINED]))["mean"]
+        for name, (of, members) in fitted.items()
     }
 
 
@@ -76,38 +74,36 @@ def networks(
     model: Robot,
     yielding: Robot,
     sets: Mapping[str, Dataset],
-    sided: tuple[Robot, Mapping[str, Dataset]],
+    best: Robot,
     seed: int,
     full: bool,
 ) -> Run:
     """Errors [mm] on each set, all learn from GA10.
 
-    `model` is the paper's before networks, `yielding` fastcal's, `sided` fastcal's with a slack and the same rows with
-    their sides.
+    `model` is the paper's before networks, `yielding` fastcal's, `best` fastcal's with a slack.
     """
-    best, marked = sided
     problem, smooth = problem_of(model, sets["GA10"], seed=seed), problem_of(yielding, sets["GA10"], seed=seed)
-    ours = problem_of(best, marked["GA10"], seed=seed)
+    ours = problem_of(best, sets["GA10"], seed=seed)
     own = [np.arange(len(problem))]
     options = Options(seed=seed, trials=SEARCHED if full else 0)
     with one_thread():
         plain = fit_plain(problem, own, options, architecture=PLAIN, schedule=SCHEDULE)
         somm, ca = fit_somm(problem, own, options), fit_ca_somm(problem, own, options)
-        fitted: dict[str, tuple[Robot, Mapping[str, Dataset], Sequence[Expert]]] = {
-            "plain": (model, sets, plain),
-            "somm": (model, sets, somm),
-            "stopped": (model, sets, _stopped_early(problem, own, options)),
-            "ca": (model, sets, ca),
-            "somm_ours": (best, marked, fit_somm(ours, [np.arange(len(ours))], options)),
-            "mlp": (model, sets, fit_mlp(problem, own, options)),
-            "smooth": (yielding, sets, fit_mlp(smooth, [np.arange(len(smooth))] * ENSEMBLE, options)),
-            "gp": (best, marked, fit_gaussian_process(ours, [np.arange(len(ours))], options)),
-            "best": (best, marked, fit_mlp(ours, [np.arange(len(ours))] * ENSEMBLE, options)),
+        fitted: dict[str, tuple[Robot, Sequence[Expert]]] = {
+            "plain": (model, plain),
+            "somm": (model, somm),
+            "stopped": (model, _stopped_early(problem, own, options)),
+            "ca": (model, ca),
+            "somm_ours": (best, fit_somm(ours, [np.arange(len(ours))], options)),
+            "mlp": (model, fit_mlp(problem, own, options)),
+            "smooth": (yielding, fit_mlp(smooth, [np.arange(len(smooth))] * ENSEMBLE, options)),
+            "gp": (best, fit_gaussian_process(ours, [np.arange(len(ours))], options)),
+            "best": (best, fit_mlp(ours, [np.arange(len(ours))] * ENSEMBLE, options)),
         }
     out: Run = {}
     errors: dict[str, dict[str, FloatArray]] = {}
-    for name, (of, rows, members) in fitted.items():
-        errors[name] = {key: _left_by(of, members, data) for key, data in rows.items()}
+    for name, (of, members) in fitted.items():
+        errors[name] = {key: _left_by(of, members, data) for key, data in sets.items()}
         out[name] = {key: lengths_mm(e) for key, e in errors[name].items()}
         out[name]["untrained"] = lengths_mm(np.vstack([errors[name][key] for key in UNTRAINED]))
     bare = [left(model, sets[key]) for key in UNTRAINED]

@@ -120,17 +120,16 @@ def _untrained(runs: Sequence[Run]) -> str:
 
 
 def _sides(runs: Sequence[Run]) -> str:
-    """How the sides of the slack are found, and how well."""
-    joints = sorted({run["sides"]["joint"] for run in runs})
-    where, right = spread(runs, "sides", "deg"), spread(runs, "sides", "right")
+    """How the slack and its sides are found, and how well."""
+    owners = sorted({run["jump"]["owner"] for run in runs})
+    where, right = spread(runs, "jump", "deg"), spread(runs, "jump", "right")
     return (
-        "Which side of its slack joint 1 is on is in no column. fastcal's best tries every position of every joint of "
-        "the trained rows as the place where all joints may jump and takes the one that explains most: joint "
-        f"{' or '.join(str(joint) for joint in joints)} at {where.median:.2f} degrees ({where.low:.2f} to "
-        f"{where.high:.2f}), hidden: joint 2 at -72; {100 * right.median:.0f} % of the other configurations are then "
-        f"on their side, {100 * right.low:.0f} % on the worst arm. "
-        "That a jump is looked for was decided knowing that the hidden arm has one, as figure 16 shows, and after a "
-        "look at how joint 2 divides the reported errors of the first arm."
+        "Which side of its slack joint 1 is on is in no column. fastcal's best scans the trained rows for a joint that "
+        f"jumps where another one passes a position, as its diagnosis does, and finds {' or '.join(owners)} at "
+        f"{where.median:.2f} degrees ({where.low:.2f} to {where.high:.2f}), hidden: joint1<-joint2 at -72; "
+        f"{100 * right.median:.0f} % of the other configurations are then on their side, {100 * right.low:.0f} % on "
+        "the worst arm. That a jump is looked for was decided knowing that the hidden arm has one, as figure 16 shows, "
+        "and after a look at how joint 2 divides the reported errors of the first arm."
     )
 
 

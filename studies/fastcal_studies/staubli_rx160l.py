@@ -9,6 +9,7 @@ staubli_rx160l_page.
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from fastcal.selection.choose_parameters import choose_parameters
 from fastcal.units import to_si
 from fastcal_studies.exhibits import DEG, MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
-from fastcal_studies.simulated import FloatArray, Unmodelled, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
 from fastcal_studies.staubli_rx160l_page import page as page
 from fastcal_studies.study import Paper, Run
 
@@ -133,9 +134,9 @@ def one_arm(seed: int, full: bool) -> Run:
     nominal, true = nominal_arm(), true_arm(seed)
     outside = Unmodelled(WAVES_RAD, 1.0, 0.0, seed)
 
-    def at(q: FloatArray, load: float | FloatArray, number: int) -> Dataset:
+    def at(q: FloatArray, load: float | FloatArray, number: int, waves: Unmodelled = outside) -> Dataset:
         sent = Dataset.from_arrays(q, payload=np.broadcast_to(np.asarray(load, dtype=float), len(q)))
-        return measure(true, sent, outside, to_si(NOISE_MM, "mm"), 100 * seed + number)
+        return measure(true, sent, waves, to_si(NOISE_MM, "mm"), 100 * seed + number)
 
     anywhere = Surroundings(mounting=False)  # the base of its table lies 550 mm above the mounting face
     design = design_poses(
@@ -179,14 +180,37 @@ def one_arm(seed: int, full: bool) -> Run:
     unseen = at(random_poses(wide, UNSEEN, seed=4000 + seed), TOOL_KG, 4)
     run["before"] = lengths_mm(left(model, unseen))
     if HAS_TORCH:
-        from fastcal_studies.staubli_rx160l_best import best
+        from fastcal_studies.staubli_rx160l_best import SHARES, best, elsewhere, with_process
         from fastcal_studies.staubli_rx160l_networks import networks
 
         heavy = [at(unseen.q[:HEAVY], load, 5 + k) for k, load in enumerate(TESTED_KG)]
         models = {"pieces": stiff.model, "linear": linear.model}
-        run |= networks(model, learnt, unseen, heavy, models, with_round_gears(seed, learnt, unseen), seed, full)
-        run["best"] = best(nominal, (fitted, held_out), (learnt, unseen), heavy, linear.model, seed)
+        process = with_process(nominal, learnt, seed, SHARES)
+        there = {world: in_world(outside, world, true, learnt) for world in WORLDS[1:]}
+        parts = ((fitted, 0), (learnt, 3), (unseen, 4))
+        rows = {world: [at(own.q, TOOL_KG, k, waves) for own, k in parts] for world, waves in there.items()}
+        others, means = elsewhere(nominal, choice.parameters, rows, seed)
+        others["round_gears"] = model, *with_round_gears(seed, learnt, unseen)
+        others["joints_same"] = process[0], learnt, unseen
+        run |= networks(model, learnt, unseen, heavy, models, others, seed, full)
+        run["best"] = best(nominal, process, (fitted, held_out), (learnt, unseen), heavy, linear.model, seed)
+        run["worlds"] = _worlds(run, means)
     return run
+
+
+def _worlds(run: Run, means: Mapping[str, float]) -> Run:
+    """Mean error [mm] of the 708 poses by the lines of the three worlds; `means` what the process leaves elsewhere."""
+    ga_dnn = {world: run["others"][world]["ga_dnn"]["mean"] for world in means}
+    ga_dnn["joints"] = run["networks"]["ga_dnn"]["unseen"]["mean"]
+    best = {"joints": run["best"]["unseen"]["mean"], **means}
+    return {
+        world: {
+            "ga_dnn": ga_dnn[world],
+            "ga_dnn_same": run["others"][f"{world}_same"]["ga_dnn"]["mean"],
+            "best": best[world],
+        }
+        for world in WORLDS
+    }
 
 
 def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:

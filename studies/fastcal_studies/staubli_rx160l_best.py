@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -28,6 +28,7 @@ FOLDS = 3  # the few rows of the calibration are not regions enough for more
 
 def best(
     nominal: Robot,
+    of_many: tuple[Robot, list[GaussianProcess]],
     few: tuple[Dataset, Dataset],
     many: tuple[Dataset, Dataset],
     heavy: Sequence[Dataset],
@@ -38,33 +39,34 @@ def best(
 
     Args:
         nominal: What is identified, all of its geometry.
+        of_many: What `with_process` finds of the network's rows, by SHARES.
         few: The calibration's rows and those held out.
         many: The network's rows and those not learnt.
         heavy: The latter under other loads.
         linear: What the load moves: compliances that do not change with it.
         seed: Of the arm.
     """
-    of_few, (alone,) = fitted(nominal, few[0], seed)
-    model, members = fitted(nominal, many[0], seed, SHARES)
-    learnt, unseen = (_after(model, members[0], data) for data in many)
+    of_few, (alone,) = with_process(nominal, few[0], seed)
+    model, members = of_many
+    learnt, unseen = (after(model, members[0], data) for data in many)
     return {
-        "few": lengths_mm(_after(of_few, alone, few[1])),
-        "few_by_many": lengths_mm(_after(model, members[0], few[1])),
+        "few": lengths_mm(after(of_few, alone, few[1])),
+        "few_by_many": lengths_mm(after(model, members[0], few[1])),
         "before": {part: lengths(left(model, data)) for part, data in zip(("learnt", "unseen"), many, strict=True)},
         "learnt": lengths(learnt),
         "unseen": lengths(unseen) | {"by_pose": sizes(unseen)[:SHOWN]},
         "by_rows": {
-            str(len(many[0]) // share): lengths_mm(_after(model, member, many[1]))["mean"]
+            str(len(many[0]) // share): lengths_mm(after(model, member, many[1]))["mean"]
             for share, member in zip(SHARES, members, strict=True)
         },
         "loads": {
-            f"{data.payload[0]} kg": lengths(_after(model, members[0], data) - load_adds(linear, data, model))
+            f"{data.payload[0]} kg": lengths(after(model, members[0], data) - load_adds(linear, data, model))
             for data in heavy
         },
     }
 
 
-def fitted(
+def with_process(
     nominal: Robot, data: Dataset, seed: int, shares: Sequence[int] = (1,)
 ) -> tuple[Robot, list[GaussianProcess]]:
     """Geometry and, behind it, the posterior given all rows, given half of them, ..., hyperparameters from all."""
@@ -78,6 +80,29 @@ def fitted(
         )
 
 
-def _after(model: Robot, process: GaussianProcess, data: Dataset) -> FloatArray:
+def elsewhere(
+    nominal: Robot, parameters: Sequence[str], rows: Mapping[str, Sequence[Dataset]], seed: int
+) -> tuple[dict[str, tuple[Robot, Dataset, Dataset]], dict[str, float]]:
+    """In other worlds: what GA-DNN has to learn there, and the mean error [mm] that the process leaves.
+
+    GA-DNN stands behind the paper's geometry and, `_same`, behind that of all rows, which the process has too.
+
+    Args:
+        nominal: What is identified.
+        parameters: Of the paper's geometry, as they were chosen in the world of joints.
+        rows: Of each world those of the calibration, those learnt and those not learnt.
+        seed: Of the arm.
+    """
+    others: dict[str, tuple[Robot, Dataset, Dataset]] = {}
+    means = {}
+    for world, (few, many, unseen) in rows.items():
+        model, (process,) = with_process(nominal, many, seed)
+        others[world] = calibrate(nominal, few, parameters=parameters).model, many, unseen
+        others[f"{world}_same"] = model, many, unseen
+        means[world] = lengths_mm(after(model, process, unseen))["mean"]
+    return others, means
+
+
+def after(model: Robot, process: GaussianProcess, data: Dataset) -> FloatArray:
     """(N, 3) what is left [m]; the process knows no load."""
     return np.asarray(left(model, data) - process.displacement(model.inputs(data.q)))

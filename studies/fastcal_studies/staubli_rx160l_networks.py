@@ -12,24 +12,20 @@ import numpy as np
 from fastcal.correction import Inputs
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.device import one_thread
-from fastcal.networks.fitting import Schedule
-from fastcal.networks.ga_dnn import BATCH, EPOCHS, FULL, Budget, Network, search, split_rows
+from fastcal.networks.ga_dnn import FULL, Budget, search
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
-from fastcal.networks.plain import fit_plain, train_plain
-from fastcal.networks.population import Architecture
-from fastcal.networks.problem import Problem, problem_of
+from fastcal.networks.problem import problem_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.kernel_networks import fit_grnn, fit_rbf
 from fastcal_studies.simulated import FloatArray, left
+from fastcal_studies.staubli_rx160l_worlds import deep, plain
 from fastcal_studies.study import Run
 
-RATE, ENSEMBLE = 1e-2, 3
-SHORTER = (100, 200)
+ENSEMBLE = 3
 SMALL = Budget(population=60, generations=4)  # of the search, unless the whole of the paper's is asked for
-PLAIN = {"bp2": Architecture.plain((20,)), "bp5": Architecture.plain((20,) * 4)}
 SHOWN = 200
 
 
@@ -46,31 +42,31 @@ def networks(
     unseen: Dataset,
     heavy: Sequence[Dataset],
     stiff: Mapping[str, Robot],
-    round_gears: tuple[Dataset, Dataset],
+    others: Mapping[str, tuple[Robot, Dataset, Dataset]],
     seed: int,
     full: bool,
 ) -> Run:
     """Errors [mm] of all networks on learnt and unseen poses, by epochs, and under the loads of `heavy`.
 
     `stiff` are models of what the load does: the paper's pieces, and compliances that do not change with the load.
-    `round_gears` are learnt and unseen poses of the same arm without its periodic joint errors: GA-DNN trained on them
-    measures what those errors cost it.
+    `others` are a model, rows learnt and unseen of the same poses where something is another: GA-DNN learns them too,
+    in the shape that was found for `learnt`.
     """
     problem = problem_of(model, learnt, seed=seed)
     options = Options(seed=seed, full=full)
     own = [np.arange(len(problem))]
+    wanted = {"ga_dnn": (model, learnt)} | {name: (of, rows) for name, (of, rows, _) in others.items()}
     with one_thread():
         found = search(problem, options, FULL if full else SMALL)
+        ga_dnn, curve = deep(problem, found, wanted, options, (model, unseen))
+        bp, curves = plain(problem, options, (model, unseen))
         experts: dict[str, Sequence[Trained]] = {
-            **{name: [_plain(problem, own, options, net, EPOCHS)] for name, net in PLAIN.items()},
+            **{name: [net] for name, net in bp.items()},
             "grnn": fit_grnn(problem, own, options),
             "rbf": fit_rbf(problem, own, options),
-            "ga_dnn": [_deep(problem, own, options, found, EPOCHS)],
+            "ga_dnn": [ga_dnn["ga_dnn"]],
             "mlp": fit_mlp(problem, own * ENSEMBLE, options),
         }
-        curves = {name: {str(e): _plain(problem, own, options, net, e) for e in SHORTER} for name, net in PLAIN.items()}
-        curves["ga_dnn"] = {str(e): _deep(problem, own, options, found, e) for e in SHORTER}
-        smooth = _deep(problem_of(model, round_gears[0], seed=seed), own, options, found, EPOCHS)
     before = {part: left(model, data) for part, data in (("learnt", learnt), ("unseen", unseen))}
     inputs = {part: model.inputs(data.q) for part, data in (("learnt", learnt), ("unseen", unseen))}
     out: Run = {name: {} for name in experts}
@@ -86,35 +82,17 @@ def networks(
         "networks": out,
         "depth": len(found.architecture.hidden),
         "widths": list(found.architecture.hidden),
-        "epochs": {
+        "epochs": curves | {"ga_dnn": curve},
+        "others": {
             name: {
-                **{
-                    e: lengths_mm(before["unseen"] - net.displacement(inputs["unseen"]))["mean"]
-                    for e, net in by.items()
-                },
-                str(EPOCHS): out[name]["unseen"]["mean"],
+                "before": lengths(left(of, rows)),
+                "ga_dnn": lengths(left(of, rows) - ga_dnn[name].displacement(of.inputs(rows.q))),
             }
-            for name, by in curves.items()
+            for name, (of, _, rows) in others.items()
         },
-        "round_gears": {
-            "before": lengths(left(model, round_gears[1])),
-            "ga_dnn": lengths(left(model, round_gears[1]) - smooth.displacement(model.inputs(round_gears[1].q))),
-        },
-        "places": {"x_mm": _column(learnt, 0), "error_mm": sizes(before["learnt"])[:SHOWN]},
+        "places": {"x_mm": _column(learnt, 0), "y_mm": _column(learnt, 1), "error_mm": sizes(before["learnt"])[:SHOWN]},
         "loads": {f"{data.payload[0]} kg": _any_load(model, data, experts, stiff) for data in heavy},
     }
-
-
-def _plain(problem: Problem, own: list[np.ndarray], options: Options, net: Architecture, epochs: int) -> Trained:
-    return fit_plain(problem, own, options, architecture=net, schedule=Schedule(epochs, BATCH, rate=RATE))[0]
-
-
-def _deep(problem: Problem, own: list[np.ndarray], options: Options, found: Network, epochs: int) -> Trained:
-    """What the genes mean, trained for so many epochs; the state that is kept is the best on its validation rows."""
-    learnt, judged = split_rows(own[0], found.split, options.seed)
-    schedule = Schedule(epochs, BATCH, rule=found.rule, rate=found.rate)
-    axes = [(0, 1, 2)]
-    return train_plain(problem, [found.architecture], axes, [learnt], schedule, options, validation=[judged])[0][0]
 
 
 def _any_load(model: Robot, data: Dataset, experts: Mapping[str, Sequence[Trained]], stiff: Mapping[str, Robot]) -> Run:

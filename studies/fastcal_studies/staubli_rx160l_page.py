@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fastcal.place import place_of
 from fastcal_studies.exhibits import (
-    MEAN_LENGTH,
     Absent,
     Cell,
     Chart,
@@ -21,33 +21,22 @@ from fastcal_studies.exhibits import (
     Series,
     Table,
     spread,
+    terms_table,
+    worlds_section,
 )
 from fastcal_studies.learning import WITHOUT_TORCH
+from fastcal_studies.staubli_rx160l_tables import (
+    BEST,
+    FIGURE_12,
+    LOADS,
+    NETWORKS,
+    PRINTED,
+    RATES,
+    TERMS,
+    TRACKER_MM,
+    WORLD_LINES,
+)
 from fastcal_studies.study import Run
-
-PRINTED = {
-    "joint2 low_rad_nm": 1 / 2.34e6,
-    "joint2 high_rad_nm": 1 / 2.65e6,
-    "joint2 critical_nm": 118.236,
-    "joint3 low_rad_nm": 1 / 9.73e5,
-    "joint3 high_rad_nm": 1 / 1.19e6,
-    "joint3 critical_nm": 75.625,
-    "joint4 compliance_rad_nm": 1 / 8.52e4,
-    "joint5 low_rad_nm": 1 / 8.07e3,
-    "joint5 high_rad_nm": 1 / 9.73e3,
-    "joint5 critical_nm": 15.382,
-}
-NETWORKS = {
-    "bp2": "backpropagation, 2 layers",
-    "bp5": "backpropagation, 5 layers",
-    "grnn": "GRNN",
-    "rbf": "RBF network",
-    "ga_dnn": "GA-DNN, the paper's",
-    "mlp": "fastcal's mlp",
-}
-LOADS = ("5.95 kg", "9.95 kg")
-BEST = "fastcal's best: gp behind geometry of the same rows"
-TRACKER_MM = 0.01 * MEAN_LENGTH
 
 
 def page(runs: Sequence[Run]) -> Page:
@@ -89,7 +78,9 @@ def page(runs: Sequence[Run]) -> Page:
             )
             for load in LOADS
         ]
-        plain, deep, mlp = (spread(runs, "networks", key, "unseen", "mean").median for key in ("bp5", "ga_dnn", "mlp"))
+        plain, deep, mlp = (
+            spread(runs, "networks", key, "unseen", "mean").median for key in ("bp5_adam", "ga_dnn", "mlp")
+        )
         remarks.append(
             f"A plain network of five layers, trained as long, leaves {plain:.3f} mm where the genetic search's leaves "
             f"{deep:.3f}: take mlp ({mlp:.3f}) or gp, which need no search."
@@ -101,7 +92,8 @@ def page(runs: Sequence[Run]) -> Page:
         remarks.append(f"Global compensation leaves {less:.0f} % less than the network alone (paper: 63 %).")
     sections = [_selection(runs), _stiffness(runs)]
     if trained:
-        sections += [_networks(runs), _loads(runs)]
+        worlds = worlds_section(runs, "mean error of 708 poses not learnt", WORLD_LINES)
+        sections += [_networks(runs), _loads(runs), worlds]
     else:
         names = ("Figure 10", "Figure 11", "Figure 12", "Figure 13", "Figure 15")
         sections.append(Section("Networks", "What geometry leaves.", [Absent(n, WITHOUT_TORCH) for n in names]))
@@ -110,9 +102,9 @@ def page(runs: Sequence[Run]) -> Page:
 
 def _what_waves_cost(runs: Sequence[Run]) -> str:
     """The same network on the same arm without periodic joint errors: what is left is not theirs."""
-    before, after = (spread(runs, "round_gears", key, "mean").median for key in ("before", "ga_dnn"))
+    before, after = (spread(runs, "others", "round_gears", key, "mean").median for key in ("before", "ga_dnn"))
     wavy = spread(runs, "networks", "ga_dnn", "unseen", "mean").median
-    deep = spread(runs, "networks", "bp5", "unseen", "mean").median
+    deep = spread(runs, "networks", "bp5_adam", "unseen", "mean").median
     return (
         "The periodic errors of the simulated joints are what it does not learn: trained alike on the same arm without "
         f"them it leaves {after:.3f} mm of {before:.3f} in the mean, with them {wavy:.3f}; a plain network of five "
@@ -257,8 +249,7 @@ def _stiffness(runs: Sequence[Run]) -> Section:
                 ("", "hidden (printed)", "found", "std", "arms with a corner"),
                 rows,
                 "Where a fit in pieces fails, one piece is fitted, and the row has a dash. That it succeeds shows no "
-                "corner: joint 2's is found at half the hidden torque, which the heaviest loads alone reach, and joint "
-                "3's likewise. Only joint 5's is found where it is hidden.",
+                f"corner: on single arms it is {_corners(runs)}.",
             ),
             Chart(
                 "Figure 6",
@@ -283,10 +274,11 @@ def _networks(runs: Sequence[Run]) -> Section:
         rows.append([name, paper, learnt, *_statistics(runs, "networks", key, "unseen")])
     for name, path in (("geometry of the same rows", ["best", "before"]), (BEST, ["best"])):
         rows.append([name, None, spread(runs, *path, "learnt", "mean"), *_statistics(runs, *path, "unseen")])
-    epochs = [float(e) for e in (100, 200, 400)]
+    epochs = sorted(runs[0]["epochs"]["ga_dnn"], key=int)
+    roles = {"bp2_sgd": "3", "bp2_adam": "0", "bp5_sgd": "4", "bp5_adam": "1", "ga_dnn": "method"}
     curves = [
-        Series(NETWORKS[key], epochs, [spread(runs, "epochs", key, str(int(e))).median for e in epochs], role)
-        for key, role in (("bp2", "0"), ("bp5", "1"), ("ga_dnn", "method"))
+        Series(NETWORKS[key], [int(e) for e in epochs], [spread(runs, "epochs", key, e).median for e in epochs], role)
+        for key, role in roles.items()
     ]
     own = runs[0]["networks"]
     poses = list(range(1, len(own["before"]["by_pose"]) + 1))
@@ -300,11 +292,17 @@ def _networks(runs: Sequence[Run]) -> Section:
         "2,796 poses learnt, 708 others not, all with the tool of 3.6 kg. All networks trained by gradients have "
         "400 epochs; GA-DNN has a genetic search of its shape besides.",
         [
-            Chart("Figure 10", "residuals in the workspace, the first arm", "x (mm)", "error (mm)",
-                  [Series("pose", places["x_mm"], places["error_mm"], "before", "points")],
-                  "Poses at the same place differ: the residual is one of the posture."),
-            Chart("Figure 11", "error on poses not learnt by length of training", "epochs", "mean error (mm)", curves,
-                  "Medians; each point is a training of its own.", logarithmic=True),
+            terms_table(TERMS),
+            Chart("Figure 10", "residuals over the workspace, the first arm", "x (mm)", "y (mm)", _by_size(places),
+                  "Large and small ones lie side by side: the residual is one of the posture, not of the place."),
+            Chart("Figure 11", "error on poses not learnt as the networks train", "epochs", "mean error (mm)", curves,
+                  f"Medians of the arms. Gradient descent at a rate of {RATES['sgd']}, Adam of {RATES['adam']}, both "
+                  "falling along half a cosine.", logarithmic=True),
+            Chart("Figure 12", "poses learnt, medians of the arms", "of 2,796 poses", "error (mm)",
+                  [Series(NETWORKS[key], ["mean", "98 % within", "largest"],
+                          [spread(runs, "networks", key, "learnt", part).median for part in ("mean", "98", "max")],
+                          role, "bars")
+                   for key, role in FIGURE_12.items()]),
             Table("Figures 12 and 13", "poses learnt and not learnt (mm)",
                   ("", "paper, mean", "learnt, mean", "not learnt, mean", "std", "max"), rows,
                   f"The search chose {depths[0]} to {depths[-1]} hidden layers (paper: 11)."),
@@ -316,6 +314,32 @@ def _networks(runs: Sequence[Run]) -> Section:
                    Series("fastcal's best", poses, runs[0]["best"]["unseen"]["by_pose"], "best")]),
         ],
     )  # fmt: skip
+
+
+def _corners(runs: Sequence[Run]) -> str:
+    """Where the arms' corners lie: "joint 2's at 9.4 to 127.6 N m (hidden 118.2), ..."."""
+    found = []
+    for name, hidden in PRINTED.items():
+        if name.endswith("critical_nm"):
+            own = [run["stiffness"][name]["value"] for run in runs if name in run["stiffness"]]
+            if own:
+                joint = place_of(name.partition(" ")[0]).number
+                where = f"{min(own):.1f} to {max(own):.1f}" if len(own) > 1 else f"{own[0]:.1f}"
+                found.append(f"joint {joint}'s at {where} N m (hidden {hidden:.1f})")
+    return ", ".join(found)
+
+
+def _by_size(places: Run) -> list[Series]:
+    """The places of poses in the plane of x and y, one series for each third of the residuals by size."""
+    error = np.array(places["error_mm"])
+    low, high = np.quantile(error, (1 / 3, 2 / 3))
+    thirds = {
+        f"below {low:.2f} mm": ("0", error <= low),
+        f"to {high:.2f} mm": ("1", (error > low) & (error <= high)),
+        f"above {high:.2f} mm": ("before", error > high),
+    }
+    x, y = (np.array(places[axis]) for axis in ("x_mm", "y_mm"))
+    return [Series(name, x[own].tolist(), y[own].tolist(), role, "points") for name, (role, own) in thirds.items()]
 
 
 def _loads(runs: Sequence[Run]) -> Section:

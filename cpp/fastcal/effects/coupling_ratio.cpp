@@ -4,25 +4,12 @@
 // Coupling ratio: joint i also turns by h when joint j turns behind its gear,  q_i += h k_j q_j^n,  k_j q_j^n the
 // output of joint j with its identified reduction ratio. h adds to the nominal coupling c_ij of the robot file. Source:
 // SIASUN SR210D paper, equations 13 to 15, mended as docs/effects/reduction_ratio.md says.
+#include <tuple>
+
 #include "fastcal/effects/owners.hpp"
-#include "fastcal/math/check.hpp"
 
 namespace fastcal {
 namespace {
-
-constexpr const char* kArrow = "<-";
-
-std::vector<std::string> pairs(const RobotModel& robot) {
-  std::vector<std::string> out;
-  for (const std::string& driven : joint_owners(robot)) {
-    for (const std::string& source : joint_owners(robot)) {
-      if (driven == source) continue;
-      out.push_back(driven);
-      out.back().append(kArrow).append(source);
-    }
-  }
-  return out;
-}
 
 class CouplingRatio : public LinearEffect {
  public:
@@ -31,12 +18,7 @@ class CouplingRatio : public LinearEffect {
         parameters_{{owner, "ratio", "1", 1e-3,
                      "turn of the driven joint per turn of its source, beyond the nominal coupling"}} {
     check_options("coupling_ratio", options, {});
-    const std::size_t arrow = owner.find(kArrow);
-    FASTCAL_CHECK(arrow != std::string::npos)
-        << "coupling_ratio is owned by a pair such as joint6<-joint5, got '" << owner << "'";
-    driven_ = owner_index("coupling_ratio", "joint", owner.substr(0, arrow), robot.joint_count());
-    source_ = owner_index("coupling_ratio", "joint", owner.substr(arrow + 2), robot.joint_count());
-    FASTCAL_CHECK(driven_ != source_) << "coupling_ratio joins two joints, got '" << owner << "'";
+    std::tie(driven_, source_) = joint_pair("coupling_ratio", owner, robot.joint_count());
   }
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }
@@ -62,7 +44,7 @@ class CouplingRatio : public LinearEffect {
 }  // namespace
 
 FASTCAL_REGISTER_EFFECT("coupling_ratio", {make<CouplingRatio>,
-                                           pairs,
+                                           joint_pair_owners,
                                            {.phrase = "a wrong coupling ratio",
                                             .place = Place::kJoint,
                                             .depends_on = {"q{m}"},

@@ -7,6 +7,8 @@
 namespace fastcal {
 namespace {
 
+constexpr const char* kArrow = "<-";
+
 std::vector<std::string> numbered(const std::string& prefix, int count) {
   std::vector<std::string> out;
   for (int i = 1; i <= count; ++i) out.push_back(prefix + std::to_string(i));
@@ -18,6 +20,18 @@ std::vector<std::string> numbered(const std::string& prefix, int count) {
 std::vector<std::string> joint_owners(const RobotModel& robot) { return numbered("joint", robot.joint_count()); }
 
 std::vector<std::string> link_owners(const RobotModel& robot) { return numbered("link", robot.joint_count()); }
+
+std::vector<std::string> joint_pair_owners(const RobotModel& robot) {
+  std::vector<std::string> out;
+  for (const std::string& driven : joint_owners(robot)) {
+    for (const std::string& source : joint_owners(robot)) {
+      if (driven == source) continue;
+      out.push_back(driven);
+      out.back().append(kArrow).append(source);
+    }
+  }
+  return out;
+}
 
 std::vector<std::string> long_link_owners(const RobotModel& robot) {
   std::vector<std::string> out;
@@ -74,6 +88,16 @@ int owner_index(const std::string& effect, const std::string& prefix, const std:
   FASTCAL_CHECK(false) << effect << " is owned by " << prefix << "1 to " << prefix << count << ", got '" << owner
                        << "'";
   return -1;
+}
+
+std::pair<int, int> joint_pair(const std::string& effect, const std::string& owner, int count) {
+  const std::size_t arrow = owner.find(kArrow);
+  FASTCAL_CHECK(arrow != std::string::npos)
+      << effect << " is owned by a pair such as joint6<-joint5, got '" << owner << "'";
+  const int driven = owner_index(effect, "joint", owner.substr(0, arrow), count);
+  const int source = owner_index(effect, "joint", owner.substr(arrow + 2), count);
+  FASTCAL_CHECK(driven != source) << effect << " joins two joints, got '" << owner << "'";
+  return {driven, source};
 }
 
 void check_options(const std::string& effect, const Options& options, const std::set<std::string>& known) {

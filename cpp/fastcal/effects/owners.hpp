@@ -7,6 +7,7 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fastcal/effects/registry.hpp"
@@ -41,6 +42,8 @@ inline constexpr const char* kAxes[6] = {"x", "y", "z", "rx", "ry", "rz"};
 /// "joint1" ... "jointn" / "link1" ... "linkn"
 std::vector<std::string> joint_owners(const RobotModel& robot);
 std::vector<std::string> link_owners(const RobotModel& robot);
+/// "joint1<-joint2" ...: every joint with every other one that acts on it.
+std::vector<std::string> joint_pair_owners(const RobotModel& robot);
 /// Links whose own axis has a length.
 std::vector<std::string> long_link_owners(const RobotModel& robot);
 std::vector<std::string> revolute_owners(const RobotModel& robot);
@@ -51,6 +54,9 @@ std::function<std::vector<std::string>(const RobotModel&)> single_owner(const st
 
 /// Index from 0 of "joint3" or "link3"; throws InvalidInput for another owner.
 int owner_index(const std::string& effect, const std::string& prefix, const std::string& owner, int count);
+
+/// Indices from 0 of the joint that is acted on and of the other one; throws InvalidInput unless these are two joints.
+std::pair<int, int> joint_pair(const std::string& effect, const std::string& owner, int count);
 
 /// The frame of that name; throws InvalidInput where there is none.
 int frame_index(const std::string& effect, const std::string& owner, const RobotModel& robot);

@@ -27,7 +27,7 @@ _FLAT = 1e-8  # of the eigenvalues of columns of unit length
 
 
 def find_step(
-    others: FloatArray, step: FloatArray, residual: FloatArray, row: IntArray, time: FloatArray
+    others: FloatArray, step: FloatArray, residual: FloatArray, row: IntArray, time: FloatArray, fewest: int = 1
 ) -> tuple[float, float]:
     """The moment after which a motion of the base explains most, and the time between the two rows around it.
 
@@ -36,14 +36,15 @@ def find_step(
         step: (m, 6) columns of the step as if it were before every row.
         residual: (m,) whitened, predicted less measured.
         row: (m,) the row of the data that each number belongs to.
-        time: (N,) of the rows [s].
+        time: (N,) of the rows [s], or whatever else sets the rows before the step apart from those after it.
+        fewest: Different moments on either side.
     """
     moments = np.unique(time[row])
-    if len(moments) < 2:
+    if len(moments) < 2 * fewest:
         return float(moments[0]), 0.0
     order = np.argsort(time[row], kind="stable")
     others, step, residual, row = others[order], step[order], residual[order], row[order]
-    starts = np.searchsorted(time[row], moments[1:], side="left")
+    starts = np.searchsorted(time[row], moments[fewest : len(moments) - fewest + 1], side="left")
     weight = np.ones(len(residual))
     for _ in range(_ROUNDS):
         root = np.sqrt(weight)[:, np.newaxis]

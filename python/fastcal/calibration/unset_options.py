@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What an effect takes from the data before it is identified: a step's moment, how late heat is, a profile's curvature.
+"""What an effect takes from the data before it is identified: where a step is, how late heat is, a profile's curvature.
 
 All are found near a fit of everything else, where the rest is linear.
 """
@@ -20,14 +20,18 @@ from fastcal.calibration.heat_lag import find_lag
 from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
-from fastcal.effects.entries import label, options_of, traits_of
+from fastcal.effects.entries import label, options_of, position_option, traits_of
 from fastcal.errors import InvalidInput
+from fastcal.place import source_of
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
+from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
 _MOMENT, _MOMENT_BY_ROW = "at_s", "at_row"
+_POSITION, _POSITION_OF_SLIDER = "at_deg", "at_mm"
+_FEWEST = 5  # positions of the joint that decides on either side: fewer fit anything
 _LAG = "lag_s"
 _WEAK = 30.0  # plausible sizes: a prior that only keeps a singular problem solvable
 
@@ -46,13 +50,19 @@ class _Fit:
 
 
 def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
-    """The problem with `at_s` of steps, `lag_s` of heat and `curvature` of profiles where its robot has none."""
+    """The problem with the options that its robot leaves open: `at_s`, `at_deg`, `lag_s`, `curvature`."""
     robot, places = problem.robot, problem.effect_places
     entries = robot.entries
     steps = [
         k
         for k, e in enumerate(entries)
         if _MOMENT in traits_of(e["effect"]).among_parameters and not {_MOMENT, _MOMENT_BY_ROW} & set(options_of(e))
+    ]
+    jumps = [
+        k
+        for k, e in enumerate(entries)
+        if _POSITION in traits_of(e["effect"]).among_parameters
+        and not {_POSITION, _POSITION_OF_SLIDER} & set(options_of(e))
     ]
     curves = [
         k
@@ -66,12 +76,12 @@ def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
     ]
     time = problem.data.time
     late = late if time is not None and np.ptp(time) > 0 else []
-    if not steps and not curves and not late:
+    if not steps and not jumps and not curves and not late:
         return problem
     for k in curves:
         if "prior" in entries[k]:
             raise InvalidInput(f"{label(entries[k])} takes its prior from its curvature, and prior was given")
-    still = {i for k in steps + curves + late for i in places[k]}
+    still = {i for k in steps + jumps + curves + late for i in places[k]}
     moving = [i for i in problem.asked if i not in still]
     found = problem.with_(asked=moving).identify()
     fit = _Fit(problem, np.asarray(found.theta), found.common_noise)
@@ -79,11 +89,13 @@ def fill_unset_options(problem: CalibrationProblem) -> CalibrationProblem:
     entries = plain_copy(entries)
     for k in steps:
         entries[k] |= _moment(fit, entries, k, places[k], moving)
+    for k in jumps:
+        entries[k] |= _position(fit, entries, k, places[k], moving)
     if late and (lag := find_lag(lambda lag: _left_with_lag(fit, entries, late, moving, lag), time)):
         for k in late:
             entries[k]["parameters"] = {**(entries[k].get("parameters") or {}), _LAG: lag}
     if curves:
-        _set_curvatures(fit, entries, curves, moving + [i for k in steps + late for i in places[k]])
+        _set_curvatures(fit, entries, curves, moving + [i for k in steps + jumps + late for i in places[k]])
     return problem.with_(robot=robot.with_(effects=entries))
 
 
@@ -100,6 +112,20 @@ def _moment(fit: _Fit, entries: list[Spec], k: int, own: range, others: list[int
     if by_row:
         return {"rows": len(data), "parameters": {_MOMENT_BY_ROW: {"value": float(np.ceil(at)), "std": 0.0}}}
     return {"parameters": {_MOMENT: {"value": at, "std": gap / 12**0.5}}}
+
+
+def _position(fit: _Fit, entries: list[Spec], k: int, own: range, others: list[int]) -> Spec:
+    """Where the joint that decides stands as another one jumps: {value, std}, evenly likely between two rows."""
+    robot, joint = fit.problem.robot, source_of(entries[k]["owner"]).index
+    option, unit = position_option(robot.joint_types[joint])
+    beyond_all = plain_copy(entries)
+    beyond_all[k][option] = -np.inf
+    near = fit.near(robot.with_(effects=beyond_all))
+    J, row = np.asarray(near.J), np.asarray(near.row, dtype=np.int64)
+    jump = J[:, own]  # half of it stays on either side, which a step takes up with a shift of all rows
+    q = fit.problem.data.q[:, joint]
+    at, gap = find_step(np.hstack([J[:, others], jump]), jump, np.asarray(near.r), row, q, _FEWEST)
+    return {"parameters": {option: {"value": from_si(at, unit), "std": from_si(gap / 12**0.5, unit)}}}
 
 
 def _left_with_lag(fit: _Fit, entries: list[Spec], late: list[int], others: list[int], lag: float) -> float:

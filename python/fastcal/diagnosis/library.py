@@ -25,13 +25,14 @@ from fastcal.effects.entries import (
     effect_owners,
     identity,
     label,
+    position_option,
     traits_of,
 )
 from fastcal.effects.traits import Traits, filled
 from fastcal.errors import InvalidInput
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import place_of
+from fastcal.place import place_of, source_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
@@ -50,6 +51,8 @@ _NO_LOAD = 1e-9  # [N m or N] rounding about an upright axis
 _SEARCHED = (
     "at_s",
     "at_row",
+    "at_deg",
+    "at_mm",
     "lag_s",
     "period_mm",
     "tau_s",
@@ -306,6 +309,30 @@ def from_moment(bare: Spec, at: float, data: Dataset) -> Hypothesis:
     return Hypothesis({**bare, "at_row": float(first), "rows": float(rows)}, f"at_row={first}")
 
 
+def jumps_with_posture(effect: str) -> bool:
+    """Does the position of another joint decide when it jumps?"""
+    return traits_of(effect).searched == "at_deg"
+
+
+def _positions(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
+    """Positions of the joint that decides; the search goes on from the best of them to the best between two rows."""
+    inner = np.unique(data.q[:, source_of(bare["owner"]).index])[
+        rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP
+    ]
+    if len(inner) == 0:
+        raise InvalidInput(f"{label(bare)} needs more positions")
+    places = np.unique(np.linspace(0, len(inner) - 1, rules.STEP_MOMENTS).round().astype(int))
+    for at in inner[places]:
+        yield from_position(bare, float(at), robot)
+
+
+def from_position(bare: Spec, at: float, robot: Robot) -> Hypothesis:
+    """A jump where the joint that decides stands at [rad or m]."""
+    option, unit = position_option(robot.joint_types[source_of(bare["owner"]).index])
+    number = from_si(at, unit)
+    return Hypothesis({**bare, option: number}, f"{option}={number:.5g}")
+
+
 def _periods(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """Waves over the distance from the instrument, half a resolution apart."""
     if data.position is None:
@@ -365,6 +392,7 @@ def without_masses(robot: Robot) -> bool:
 _VARIANTS: dict[str, Callable[[Spec, Robot, Dataset], Iterator[Hypothesis]]] = {
     "order": _waves,
     "at_s": _steps,
+    "at_deg": _positions,
     "critical": _corners,
     "lag_s": _lags,
     "period_mm": _periods,

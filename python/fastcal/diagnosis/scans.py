@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Effects with a number of their own that no fit finds: the row of a jump, a period, a time constant, a lag.
+"""Effects with a number of their own that no fit finds: where a jump is, a period, a time constant, a lag.
 
 Each is scanned over a grid by score tests at a fit, one projection for all; the number of looks multiplies the p value
 (trials factor; E. Gross, O. Vitells 2010), and what would be left is the noise that it must stand out of: beside a
@@ -26,7 +26,9 @@ from fastcal.diagnosis.library import (
     Hypothesis,
     effect_has_moment,
     from_moment,
+    from_position,
     is_excluded,
+    jumps_with_posture,
     order_of_rows,
     scanned,
     with_number,
@@ -34,6 +36,7 @@ from fastcal.diagnosis.library import (
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
+from fastcal.place import source_of
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, SearchNode
@@ -48,6 +51,7 @@ SCANNED_NAMES = 8
 MAX_STEP_SHARE = 0.5
 _AT_ONCE = 128  # names that are scored together, for the memory that their columns take
 _LOADS_APART = 4.0  # loads of a form that are tried, above and below the first
+_PLACES_OF_STEPS = ("at_s", "at_row", "rows", "at_deg", "at_mm")
 _ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
 
 
@@ -154,7 +158,7 @@ def _scores(at: Fit, names: list[Hypothesis]) -> tuple[FloatArray, NDArray[np.in
 
 def refined(name: Hypothesis, grid: Iterable[Hypothesis], state: SearchNode) -> Hypothesis:
     """A name at the best number near that of the grid."""
-    if effect_has_moment(name.effect):
+    if effect_has_moment(name.effect) or jumps_with_posture(name.effect):
         return at_best_moment(name, state)
     option = name.traits.searched
     if option not in name.entry:
@@ -171,17 +175,28 @@ def refined(name: Hypothesis, grid: Iterable[Hypothesis], state: SearchNode) -> 
 
 
 def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
-    """A step at the moment of all between two rows that explains most; other names as they are."""
-    if not effect_has_moment(name.effect):
-        return name
-    data = state.fit.problem.kept
-    bare = {key: value for key, value in name.entry.items() if key not in ("at_s", "at_row", "rows")}
-    A, r, row = state.fit.standardized
+    """A step at the moment, or the position, of all between two rows that explains most; other names as they are."""
+    data, robot = state.fit.problem.kept, state.fit.problem.start.robot
+    bare = {key: value for key, value in name.entry.items() if key not in _PLACES_OF_STEPS}
+    if effect_has_moment(name.effect):
+        always = from_moment(bare, -np.inf if data.time is not None else 0.0, data)
+        at, _ = _best_step(state.fit, always, order_of_rows(data))
+        return from_moment(bare, at, data)
+    if jumps_with_posture(name.effect):
+        q = data.q[:, source_of(name.owner).index]
+        at, _ = _best_step(state.fit, from_position(bare, -np.inf, robot), q, rules.MIN_ROWS_BESIDE_STEP)
+        return from_position(bare, at, robot)
+    return name
+
+
+def _best_step(fit: Fit, always: Hypothesis, course: FloatArray, fewest: int = 1) -> tuple[float, float]:
+    """`find_step` along a course (N,) of the rows, of a step that `always` has before every row."""
+    A, r, row = fit.standardized
     measured = row >= 0
-    always = from_moment(bare, -np.inf if data.time is not None else 0.0, data)
-    step = columns_at(state.fit, [always], as_measured=True).values[: int(measured.sum())]
-    at, _ = find_step(A[measured], step, -r[measured], row[measured], order_of_rows(data))
-    return from_moment(bare, at, data)
+    step = columns_at(fit, [always], as_measured=True).values[: int(measured.sum())]
+    # Half of a jump stays on either side: a step with a shift of all rows.
+    others = np.hstack([A[measured], step]) if jumps_with_posture(always.effect) else A[measured]
+    return find_step(others, step, -r[measured], row[measured], course, fewest)
 
 
 def at_best_load(name: Hypothesis, law: str, load: str, state: SearchNode) -> Hypothesis:

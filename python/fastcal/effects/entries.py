@@ -289,6 +289,12 @@ def _by_index(inputs: str, columns: Sequence[str]) -> str:
     return " ".join(f"extra:{columns.index(moves[word])}" if word in moves else word for word in words)
 
 
+def position_option(joint_type: str) -> tuple[str, str]:
+    """What the position of a joint is called as an option of an effect, and its unit: ("at_deg", "deg")."""
+    unit = "deg" if joint_type == "revolute" else "mm"
+    return f"at_{unit}", unit
+
+
 def lag_of(entry: Spec) -> float:
     """[s] The lag of a thermal effect; 0 where it has none."""
     return float(options_of(entry).get("lag_s", 0.0)) if "lag_s" in traits_of(entry["effect"]).among_parameters else 0.0

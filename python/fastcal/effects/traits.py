@@ -44,10 +44,10 @@ class Traits:
         options_from_data: Options that the first data decide: "t0_c", "t0_s", "times", "stations", "mounts", "range",
             "order", "size", "begins_s"; "reference": that the first robot does.
         labels: The option that lists the labels of the data which it knows: "stations", "mounts".
-        among_parameters: Options that a file lists with the parameters: "order", "at_s", "at_row", "lag_s",
-            "period_mm", "tau_s".
-        searched: What a search over fits finds: an option ("order", "at_s", "lag_s", "period_mm", "tau_s"), or the
-            start of a parameter, "critical".
+        among_parameters: Options that a file lists with the parameters: "order", "at_s", "at_row", "at_deg",
+            "at_mm", "lag_s", "period_mm", "tau_s".
+        searched: What a search over fits finds: an option ("order", "at_s", "at_deg", "lag_s", "period_mm", "tau_s"),
+            or the start of a parameter, "critical".
         diagnosed_with: An option with which a diagnosis tries it, as on a command line: "moments=even".
         forms: Options that make another law of it, "side=load": a diagnosis tries each before it is sure. Behind a
             colon stands an option that is a load, "side=load:width_nm": it is tried over the loads that are met.

@@ -17,6 +17,7 @@ from fastcal.networks.optimizers import Optimizer
 
 IntArray = NDArray[np.intp]
 Progress = Callable[[str], None]
+Watch = Callable[[int, torch.Tensor], None]
 
 
 class Model(Protocol):
@@ -72,6 +73,7 @@ def fit(
     *,
     validation: Sequence[IntArray] | None = None,
     progress: Progress | None = None,
+    watch: Watch | None = None,
 ) -> tuple[torch.Tensor, NDArray[np.float64]]:
     """Trains all members; each sees its own rows in its own order, so that it becomes what it would alone.
 
@@ -85,6 +87,7 @@ def fit(
         seeds: Of the order of rows, one a member.
         validation: Rows of each member that decide which of its states is kept; None: the last one.
         progress: Called with a sentence every ten epochs.
+        watch: Called every `schedule.check` epochs with how many are over and theta (P, size) as it then is.
 
     Returns:
         (P, size) the trained members and (P,) their loss on the validation rows (or on the training rows) at the end.
@@ -129,6 +132,8 @@ def fit(
                 waited.zero_()
             elif bool((waited >= schedule.patience).all()):
                 break
+        if watch is not None and (epoch + 1) % schedule.check == 0:
+            watch(epoch + 1, theta)
         if progress is not None and epoch % 10 == 0:
             progress(f"training {count} networks, epoch {epoch} of {schedule.epochs}")
     if validation is None:

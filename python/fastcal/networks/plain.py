@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,20 +61,33 @@ def train_plain(
     validation: Sequence[IntArray] | None = None,
     start: torch.Tensor | None = None,
     seeds: Sequence[int] | None = None,
+    watch: Callable[[int, list[AxisNetworks]], None] | None = None,
 ) -> tuple[list[AxisNetworks], FloatArray]:
     """Trains networks with the same number of outputs together; their losses are on the validation rows.
 
-    Each is given as an expert of its own, though one with a single output is but a part of a model.
+    Each is given as an expert of its own, though one with a single output is but a part of a model. `watch` sees them
+    every `schedule.check` epochs, with how many are over.
     """
     population = Population(problem.robot.joint_count + 1, len(axes[0]), members, options.device)
     own = options.seeds(len(members)) if seeds is None else seeds
     model = Coordinates(population, problem, axes, options.device)
     theta = population.start(own) if start is None else start
+
+    def experts(theta: torch.Tensor) -> list[AxisNetworks]:
+        units = problem.size, problem.turn_size
+        return [AxisNetworks(model.scaling, (net,), *units) for net in population.networks(theta)]
+
     theta, losses = fit(
-        model, theta.to(options.device), rows, schedule, own, validation=validation, progress=options.progress
+        model,
+        theta.to(options.device),
+        rows,
+        schedule,
+        own,
+        validation=validation,
+        progress=options.progress,
+        watch=None if watch is None else lambda epoch, now: watch(epoch, experts(now)),
     )
-    units = problem.size, problem.turn_size
-    return [AxisNetworks(model.scaling, (net,), *units) for net in population.networks(theta)], losses
+    return experts(theta), losses
 
 
 def fit_plain(

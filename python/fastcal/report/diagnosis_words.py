@@ -48,6 +48,8 @@ _VARIANTS = {  # other options are not shown
     "order": "order {value}",
     "at_s": "at {value} s",
     "at_row": "from row {value} on",
+    "at_deg": "at {value} deg",
+    "at_mm": "at {value} mm",
     "period_mm": "period {value} mm",
 }
 

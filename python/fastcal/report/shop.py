@@ -118,6 +118,8 @@ def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tu
             lines.append((_("phase"), value_text(name, found.value, found.std)))
         elif name == "at_s":
             lines.append((_("at"), f"{found.value:.0f} s"))
+        elif name in ("at_deg", "at_mm"):
+            lines.append((_("at"), value_text(name, found.value, found.std)))
         elif name == "at_row":
             lines.append((_("from row"), _("{row} on", row=f"{found.value:.0f}")))
         else:

@@ -279,15 +279,16 @@ TEST(EffectRegistry, HoldsTheseNames) {
                                           "link_com",           "link_mass",
                                           "link_torsion",       "measurement_scale",
                                           "payload_com",        "payload_mass",
-                                          "pin_slack",          "range_step",
-                                          "range_wave",         "reduction_ratio",
-                                          "regressor",          "settling",
-                                          "station_offset",     "surrogate",
-                                          "thermal_base",       "thermal_bending",
-                                          "thermal_expansion",  "thermal_offset",
-                                          "thermal_spring",     "tool_shift",
-                                          "tool_step",          "tracker_angle",
-                                          "tracker_range",      "zero_step"};
+                                          "pin_slack",          "posture_backlash",
+                                          "range_step",         "range_wave",
+                                          "reduction_ratio",    "regressor",
+                                          "settling",           "station_offset",
+                                          "surrogate",          "thermal_base",
+                                          "thermal_bending",    "thermal_expansion",
+                                          "thermal_offset",     "thermal_spring",
+                                          "tool_shift",         "tool_step",
+                                          "tracker_angle",      "tracker_range",
+                                          "zero_step"};
   EXPECT_EQ(effect_names(), expected);
 }
 

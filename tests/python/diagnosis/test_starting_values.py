@@ -37,7 +37,7 @@ VALUES: dict[str, list[dict[str, Any]]] = {
     "lag": [{"lag_s": 6.0}, {"lag_s": 12.0}],
     "first": [{"first_s": -10.0}],
     "last": [{"last_s": 9000.0}],
-    "at": [{"at_s": 40.0}, {"at_s": 70.0}],
+    "at": [{"at_s": 40.0}, {"at_s": 70.0}, {"at_deg": 10.0}, {"at_deg": 40.0}],
     "at_row": [{"at_row": 20.0, "rows": 40.0}, {"at_row": 30.0, "rows": 40.0}],
     "begins": [{"begins_s": -5.0}],
     "tau": [{"tau_s": 30.0}, {"tau_s": 70.0}],

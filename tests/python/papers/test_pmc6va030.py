@@ -25,7 +25,7 @@ def test_the_arm_is_as_far_off_as_the_paper_s_before_calibration(
     assert printed["mean"] < squares["mean"]
     assert squares["rms"] < printed["rms"]
     assert squares["rank"] == 27
-    assert run["sides"] == {"joint": 2, "deg": pytest.approx(-72, abs=1), "right": 1.0}
+    assert run["jump"] == {"owner": "joint1<-joint2", "deg": pytest.approx(-72, abs=1), "right": 1.0}
     noise = 2e-2 * 3**0.5  # mm
     assert 0.9 * noise < run["kinematic"]["slack"]["rms"] < 1.5 * noise < squares["rms"]
     assert run["split_slack"]["others"]["mean"] < 1.5 * noise < run["split"]["others"]["mean"]

@@ -12,7 +12,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal_studies import staubli_rx160l as study
 from fastcal_studies import staubli_rx160l_best
 from fastcal_studies.simulated import FloatArray, Unmodelled, measure
-from fastcal_studies.staubli_rx160l_best import best
+from fastcal_studies.staubli_rx160l_best import SHARES, best, with_process
 
 
 def test_the_process_learns_the_gears_and_compliances_the_load(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -26,7 +26,8 @@ def test_the_process_learns_the_gears_and_compliances_the_load(monkeypatch: pyte
 
     q = fastcal.random_poses(nominal, 400, seed=1)
     few, many = (at(q[:90], 3.6, 0), at(q[90:130], 3.6, 1)), (at(q[130:330], 3.6, 2), at(q[330:], 3.6, 3))
-    found = best(nominal, few, many, [at(q[330:], 9.95, 4)], true, 0)
+    process = with_process(nominal, many[0], 0, SHARES)
+    found = best(nominal, process, few, many, [at(q[330:], 9.95, 4)], true, 0)
     before, after = found["before"]["unseen"], found["unseen"]
     assert after["mean"] < 0.5 * before["mean"]
     assert list(found["by_rows"]) == ["200", "100", "50"]

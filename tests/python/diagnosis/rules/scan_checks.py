@@ -35,6 +35,15 @@ def a_zero_that_jumped_is_found_at_its_row() -> None:
     assert [1980.0 < n.entry["at_s"] <= 2010.0 for n in names] == [True]
 
 
+@falls_with(SCANNED_NAMES=0)
+def a_jump_that_another_joint_decides_is_found_between_its_rows() -> None:
+    entry = {"effect": "posture_backlash", "owner": "joint1<-joint3", "at_deg": 35.0, "parameters": {"gap_rad": 8e-4}}
+    data = measured([entry], rows=ROWS)
+    names = [n for n in found([entry]) if n.key == ("posture_backlash", "joint1<-joint3")]
+    q = np.degrees(data.q[:, 2])
+    assert [q[q <= 35.0].max() < n.entry["at_deg"] < q[q > 35.0].min() for n in names] == [True]
+
+
 @falls_with(ALPHA_SCAN=1e4)
 def nothing_is_found_in_noise() -> None:
     assert [found([], seed) for seed in (1, 2, 3)] == [[], [], []]

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A joint that jumps where another one passes a position is found: which two, where and how far."""
+
+import copy
+
+import numpy as np
+import pytest
+
+import fastcal
+from fastcal.calibration.simulation import perturbed
+
+FEWEST = 5  # positions of the joint that decides on either side
+
+
+@pytest.mark.parametrize(("owner", "joint", "deg"), [(1, 2, -72.0), (3, 5, 30.0)])
+def test_a_diagnosis_names_the_joints_and_the_position(owner: int, joint: int, deg: float) -> None:
+    nominal = fastcal.load_robot("ur5")
+    q = fastcal.random_poses(nominal, 80, seed=joint)
+    pair = f"joint{owner}<-joint{joint}"
+    entry = {"effect": "posture_backlash", "owner": pair, "at_deg": deg, "parameters": {"gap_rad": 1e-3}}
+    spec = copy.deepcopy(dict(perturbed(nominal, length=5e-4, angle=5e-4, seed=1).spec)) | {"effects": [entry]}
+    seen = fastcal.simulate(fastcal.Robot(spec), fastcal.Dataset.from_arrays(q), noise=2e-5, seed=3)
+    found = fastcal.diagnose(nominal, fastcal.Dataset.from_arrays(q, position=seen.position))
+    assert found.verdict == "named"
+    (name,) = found.effects
+    assert (name.effect, name.owner) == ("posture_backlash", pair)
+    own = np.degrees(q[:, joint - 1])
+    assert own[own <= deg].max() < name.parameters["at_deg"].value < own[own > deg].min()
+    gap = name.parameters["gap_rad"]
+    assert gap.std is not None
+    assert gap.value == pytest.approx(1e-3, abs=4 * gap.std)
+
+
+def test_a_jump_leaves_enough_rows_on_either_side() -> None:
+    """A jump of the last two rows is not taken for one: two rows fit anything."""
+    robot = fastcal.load_robot("ur5")
+    q = fastcal.random_poses(robot, 60, seed=0)
+    moved = q.copy()
+    moved[q[:, 1] >= np.sort(q[:, 1])[-2], 0] += 1e-3
+    data = fastcal.Dataset.from_arrays(q, position=robot.forward(moved)[:, :3, 3])
+    found = fastcal.calibrate(robot, data, effects="geometry,posture_backlash@joint1<-joint2", loss="none")
+    (entry,) = found.model.spec["effects"]
+    above = np.sum(np.degrees(q[:, 1]) > entry["parameters"]["at_deg"]["value"])
+    assert FEWEST <= above <= len(q) - FEWEST
+
+
+def test_a_slider_decides_in_millimetres() -> None:
+    nominal = fastcal.load_robot("spray_7dof")
+    q = fastcal.random_poses(nominal, 80, seed=2)
+    entry = {"effect": "posture_backlash", "owner": "joint3<-joint1", "at_mm": 600.0, "parameters": {"gap_rad": 1e-3}}
+    spec = copy.deepcopy(dict(nominal.spec)) | {"effects": [entry]}
+    seen = fastcal.simulate(fastcal.Robot(spec), fastcal.Dataset.from_arrays(q), noise=2e-5, seed=3)
+    data = fastcal.Dataset.from_arrays(q, position=seen.position)
+    found = fastcal.calibrate(nominal, data, effects="geometry,posture_backlash@joint3<-joint1")
+    at = found.model.spec["effects"][-1]["parameters"]["at_mm"]["value"]
+    own = 1e3 * q[:, 0]
+    assert own[own <= 600.0].max() < at < own[own > 600.0].min()
