@@ -72,11 +72,10 @@ def test_a_box_is_dragged_with_the_mouse(chromium: Any, studio: Any) -> None:
     deadline = time.monotonic() + PATIENCE / 1000
     while box(studio) == BOX and time.monotonic() < deadline:
         page.wait_for_timeout(200)
-    height = float(page.get_by_label("z mm", exact=True).input_value())
     drawing.close()
     low, high = box(studio)
     assert [b - a for a, b in zip(low, high, strict=True)] == [300, 300, 300]
-    assert height == (low[2] + high[2]) / 2 > 700
+    assert (low[2] + high[2]) / 2 > 700
 
 
 def test_a_floor_and_a_column_begin_beside_the_arm() -> None:
