@@ -321,7 +321,7 @@ def _positions(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     ]
     if len(inner) == 0:
         raise InvalidInput(f"{label(bare)} needs more positions")
-    places = np.unique(np.linspace(0, len(inner) - 1, rules.STEP_MOMENTS).round().astype(int))
+    places = np.unique(np.linspace(0, len(inner) - 1, STEP_MOMENTS).round().astype(int))
     for at in inner[places]:
         yield from_position(bare, float(at), robot)
 
