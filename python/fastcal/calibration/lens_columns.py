@@ -25,7 +25,6 @@ from fastcal.calibration.shifted_rows import EXPLAINED, huber_fit
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.kinds import kind_named
 from fastcal.robot.rig import PLACEMENT
-from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
@@ -52,13 +51,12 @@ def lens_columns(problem: CalibrationProblem, near: Residuals) -> LensColumns | 
     known = tuple(name for name, camera in cameras.items() if camera["intrinsics"] != "identify")
     if not known or CORNERS not in problem.data.kinds:
         return None
-    spec = Robot(problem.robot.spec).spec
+    asked = dict(cameras)
     for name in known:
-        camera = spec["cameras"][name]
-        own = list(camera.get("distortion", []))
+        own = list(cameras[name].get("distortion", []))
         own += [0.0] * (_COEFFICIENTS[cameras[name]["model"]] - len(own))
-        camera.update(intrinsics="identify", distortion=own)
-    measured = measurements(problem.data, Robot(spec))
+        asked[name] = {**cameras[name], "intrinsics": "identify", "distortion": own}
+    measured = measurements(problem.data, problem.robot.with_(cameras=asked))
     own_count = len(problem.model.start)
     values = {(p.owner, p.name): near.theta[own_count + k] for k, p in enumerate(problem.measured.parameters)}
     theta = [*near.theta[:own_count], *(values.get((p.owner, p.name), 0.0) for p in measured.parameters)]

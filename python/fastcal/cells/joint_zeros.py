@@ -34,6 +34,7 @@ from fastcal.cells.board_poses import board_poses
 from fastcal.cells.hand_eye import solved_alike
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
+from fastcal.place import joint_name
 from fastcal.robot.rig import WORLD, frame_of, pictures
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
@@ -136,7 +137,7 @@ def joint_zeros(robot: Robot, data: Dataset, *, progress: Callable[[str], None] 
     std = np.full(robot.core.joint_count, np.nan)
     std[free] = _deviations(_Misfit(robot, views, sign, free), zero[free])
     others = tuple((s, z) for _, s, z in alike if s is not sign or z is not zero)
-    names = tuple(f"joint{i + 1}" for i in range(robot.core.joint_count))
+    names = tuple(joint_name(i) for i in range(robot.core.joint_count))
     return JointZeros(names, sign, zero, std, misfit, others)
 
 

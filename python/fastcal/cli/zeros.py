@@ -38,7 +38,6 @@ def zeros(
     from fastcal.io.folder import atomic_folder, check_folder
     from fastcal.io.results import write_json
     from fastcal.io.robot_file import load_robot
-    from fastcal.robot.robot import Robot
     from fastcal.units import from_si
 
     check_folder(output, FILES)
@@ -49,12 +48,12 @@ def zeros(
     rows = load_seen(data, arm, corners)
     with progress() as show:
         found = joint_zeros(arm, rows, progress=show)
-    names = [str(joint.get("name", name)) for joint, name in zip(arm.spec["joints"], found.names, strict=True)]
+    names = [joint.name or name for joint, name in zip(arm.joints, found.names, strict=True)]
     written, turned = (None, []) if old is None else lerobot_calibration(old, names, found)
     urdf = counted_urdf(arm.spec, found)
     content = found.to_json_dict()
     with atomic_folder(output, owned=FILES) as folder:
-        Robot({**arm.spec, "pendant": found.pendant()}).save(folder / "robot.yaml")
+        arm.with_(pendant=found.pendant()).save(folder / "robot.yaml")
         write_json(folder / "zeros.json", content)
         if urdf is not None:
             write_text(folder / "counted.urdf", urdf)
