@@ -9,7 +9,7 @@ readings with a thousandth of their noise give for the very same parameters. `er
 off in 50 other postures (root of the mean square of a coordinate), over the error that the noise makes inevitable,
 sigma (P / 3 N)^0.5.
 
-    python bench/python/bench_loop_coverage.py [--sets 100] [--robots NAME ...] [--out FILE]
+    python bench/python/bench_loop_coverage.py [--sets 100] [--robots NAME ...] [--noise-mm 0.05] [--out FILE]
 """
 
 from __future__ import annotations
@@ -29,24 +29,27 @@ from fastcal.errors import InvalidInput
 from fastcal.io.atomic import write_text
 from fastcal.io.robot_file import load_robot
 from fastcal.robots import available, serial
-from fastcal.units import to_si
+from fastcal.units import from_si, to_si
 
 POSES, TESTS = 100, 50
 NOISE = to_si(0.05, "mm")
 FAINT = 1e-3  # of the noise
 
 
-def trial(name: str, seed: int) -> dict[str, float] | None:
-    """Sums of one set; None where it is refused or did not converge, or where less noise shows other parameters."""
+def trial(name: str, seed: int, sigma: float = NOISE) -> dict[str, float] | None:
+    """Sums of one set whose points have a noise of sigma [m].
+
+    None where it is refused or did not converge, or where less noise shows other parameters.
+    """
     random = np.random.default_rng([zlib.crc32(name.encode()), seed])
     arm, poses, noise, tests = (int(random.integers(2**31)) for _ in range(4))
     nominal = load_robot(name)
     truth = perturbed(nominal, seed=arm)
     q = random_poses(truth, POSES, seed=poses)
     try:
-        found = calibrate(nominal, simulate(truth, q, noise=NOISE, seed=noise), loss="none", priors=False)
+        found = calibrate(nominal, simulate(truth, q, noise=sigma, seed=noise), loss="none", priors=False)
         names = full_names(found)
-        faint = simulate(truth, q, noise=FAINT * NOISE, seed=noise)
+        faint = simulate(truth, q, noise=FAINT * sigma, seed=noise)
         there = calibrate(nominal, faint, parameters=names, loss="none", checks=False, priors=False)
     except InvalidInput:  # a refusal, such as of identified loops that do not close at the start posture
         return None
@@ -62,7 +65,7 @@ def trial(name: str, seed: int) -> dict[str, float] | None:
         "counted": len(z),
         "hits": sum(hit for hit, _ in z),
         "squares": float(sum(d * d for _, d in z)),
-        "error": float(np.sqrt(np.mean(off**2)) / (NOISE * np.sqrt(len(names) / (3 * POSES)))),
+        "error": float(np.sqrt(np.mean(off**2)) / (sigma * np.sqrt(len(names) / (3 * POSES)))),
     }
 
 
@@ -95,14 +98,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sets", type=int, default=100)
     parser.add_argument("--robots", nargs="+", choices=looped, default=looped)
+    parser.add_argument("--noise-mm", type=float, default=from_si(NOISE, "mm"))
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
+    sigma = to_si(options.noise_mm, "mm")
     rows: dict[str, Any] = {}
     for name in options.robots:
-        rows[name] = row_of([trial(name, seed) for seed in range(options.sets)])
+        rows[name] = row_of([trial(name, seed, sigma) for seed in range(options.sets)])
         print(name, json.dumps(rows[name]), flush=True)
         if options.out:
-            write_text(options.out, json.dumps({"poses": POSES, "noise_m": NOISE, "robots": rows}, indent=1) + "\n")
+            write_text(options.out, json.dumps({"poses": POSES, "noise_m": sigma, "robots": rows}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 STATUSES = ("closed", "singular", "other_branch", "open")
 _NEAR = 0.02  # [m], [rad]: a gap that errors of the nominal geometry may leave
 _ASIDE = 0.05  # [rad], [m] from the start posture to others
+_WAY = (0.9, 0.8, 0.7, 0.6, 0.5, 0.25)  # shares of the way to a posture at which its joints are looked at
 _STILL = 1e-10  # [m], [rad] of the tool by one of a parameter: nothing
 
 
@@ -119,10 +120,24 @@ def assemble(core: _core.RobotModel, q: FloatArray, threads: int = 1) -> Assembl
 
 
 def closed_within(core: _core.RobotModel, q: FloatArray, limits: FloatArray) -> FloatArray:
-    """Of postures q (N, n) those whose loops close, with every joint within its limits (n, 2) [rad or m]."""
+    """Of postures q (N, n) those whose loops close, with every joint within its limits (n, 2) [rad or m].
+
+    It must stay within them on the straight way of the motors from the start posture, too: a parallelogram of bars that
+    are not quite alike turns round smoothly where it would fold, and comes back to where it seems to be within.
+    """
+    home = np.asarray(core.home)[:, np.newaxis]
+    on_the_way = np.where((home >= limits[:, :1]) & (home <= limits[:, 1:]), limits, [-np.inf, np.inf])
     assembly = assemble(core, q)
-    within = ((assembly.q >= limits[:, 0]) & (assembly.q <= limits[:, 1])).all(axis=1)
-    return np.asarray(assembly.q[within & (np.array(assembly.status) == "closed")])
+    closed = assembly.q[_are_within(assembly, limits)]
+    for share in _WAY:
+        way = assemble(core, home.T + share * (closed - home.T))
+        closed = closed[_are_within(way, on_the_way)]
+    return np.asarray(closed)
+
+
+def _are_within(assembly: Assembly, limits: FloatArray) -> NDArray[np.bool_]:
+    inside = ((assembly.q >= limits[:, 0]) & (assembly.q <= limits[:, 1])).all(axis=1)
+    return np.asarray(inside & (np.array(assembly.status) == "closed"))
 
 
 def hidden_parameters(core: _core.RobotModel) -> set[int]:

@@ -344,6 +344,15 @@ def test_a_parallelogram_turns_its_elbow_as_the_crank_says() -> None:
     assert np.abs(q[:, 3] - (q[:, 1] - q[:, 2])).max() < 1e-10
 
 
+@pytest.mark.parametrize("seed", [1, 5, 9])
+def test_no_posture_is_drawn_beyond_the_fold_of_a_parallelogram(seed: int) -> None:
+    """Bars that differ by half a millimetre turn round smoothly there, and their joints come back within the limits."""
+    built = perturbed(load_robot("palletizer"), seed=seed)
+    q = random_poses(built, 300, seed=seed)
+    elbow = q[:, 1] - q[:, 2]  # as the crank's parallelogram turns it
+    assert np.abs(q[:, 4] - elbow).max() < 0.1
+
+
 def test_a_measurement_file_has_no_column_for_passive_joints(tmp_path: Any) -> None:
     robot = load_robot(delta())
     q = postures(robot, 5)
