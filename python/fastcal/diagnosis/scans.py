@@ -16,11 +16,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import Fit
+from fastcal.diagnosis.held_out import positions
 from fastcal.diagnosis.library import (
     SLOW,
     Hypothesis,
@@ -36,7 +38,7 @@ from fastcal.diagnosis.library import (
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
-from fastcal.place import source_of
+from fastcal.place import joint_name, source_of
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, SearchNode
@@ -70,7 +72,7 @@ def scan(state: SearchNode, *, among: Container[str] | None = None) -> list[Hypo
         best = max(own, key=lambda i: worth[i])
         if p[best] * len(grid) < rules.ALPHA_SCAN:
             name = refined(grid[best], [grid[i] for i in own], state)
-            if not is_a_condition(name, state.fit.problem.kept):
+            if not is_a_condition(name, state.fit.problem.kept) and _is_of_positions(name, state.fit, len(grid)):
                 found.append((float(worth[best]), name))
     likeliest = sorted(found, key=lambda pair: -pair[0])[:SCANNED_NAMES]
     enough = rules.SCANNED_SHARE * max((value for value, _ in likeliest), default=0.0)
@@ -94,6 +96,27 @@ def is_a_condition(name: Hypothesis, data: Dataset) -> bool:
     X = np.column_stack([np.ones(len(step)), *(np.nan_to_num(part.astype(float)) for part in numbers)])
     left = step - X @ np.linalg.lstsq(X, step, rcond=1e-9)[0]
     return bool(left @ left < (1 - MAX_STEP_SHARE) * np.sum((step - step.mean()) ** 2))
+
+
+def _is_of_positions(name: Hypothesis, at: Fit, tried: int) -> bool:
+    """Is a jump with the position of a joint significant where each position, and not each row, is one witness?
+
+    Rows that share a position share what is wrong with them. With the whitened residuals r and the jump's column c,
+    less what the fit takes of it, b = c^T r / c^T c has the variance sum_g (c_g^T (r_g - c_g b))^2 / (c^T c)^2 over the
+    positions g (K.-Y. Liang and S. Zeger 1986), and b over its root Student's distribution of as many, less one.
+    """
+    if not jumps_with_posture(name.effect):
+        return True
+    _, r, row = at.whitened
+    c = columns_at(at, [name]).values[:, 0]
+    c = c - at.basis @ (at.basis.T @ c)
+    measured, size = row >= 0, float(c @ c)
+    where = positions(at.problem.kept, joint_name(source_of(name.owner).index))[row[measured]]
+    b = float(c @ r) / size
+    witness = np.bincount(where, (c * (r - b * c))[measured])
+    deviation = float(np.linalg.norm(witness)) / size
+    freedom = len(np.unique(where)) - 1
+    return bool(2 * stats.t.sf(abs(b) / deviation, freedom) * tried < rules.ALPHA_SCAN)
 
 
 def without_a_block() -> frozenset[str]:

@@ -17,6 +17,7 @@ ARM = SimpleNamespace(
     joint_types=["revolute", "prismatic"],
     limits=np.array([[-3.0, 3.0], [0.0, 1.0]]),
     mimics=(),
+    beside=(),
     passive=(),
     follow=lambda q: q,
     reach=1.5,

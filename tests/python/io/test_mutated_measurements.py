@@ -26,6 +26,7 @@ ARM = SimpleNamespace(
     joint_types=["revolute"] * 2,
     limits=np.array([[-math.pi, math.pi]] * 2),
     mimics=(),
+    beside=(),
     passive=(),
     follow=lambda q: q,
     reach=1.5,
