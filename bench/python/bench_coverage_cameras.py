@@ -12,21 +12,16 @@ pictures with a thousandth of their noise give for the very same parameters.
 
 from __future__ import annotations
 
-import argparse
-import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
-from bench_coverage import GOAL, wilson
+from coverage_of_parts import count_parts
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.simulation import perturbed
-from fastcal.io.atomic import write_text
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import pose
@@ -126,34 +121,5 @@ def part_of(owner: str, unit: str) -> str:
     return "board" if owner.startswith("board") else "arm"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sets", type=int, default=20)
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--out", type=Path)
-    given = parser.parse_args()
-    seeds = range(given.first, given.first + given.sets)
-    trials = joblib.Parallel(given.jobs)(joblib.delayed(trial)(seed) for seed in seeds)
-    good = [of for of in trials if of is not None]
-    rows: dict[str, dict[str, float]] = {}
-    print(f"{given.sets} sets, {given.sets - len(good)} of them did not converge or were held near nominal")
-    for part in PARTS:
-        every = [miss for of in good for miss in of[part]]
-        hits = sum(held for _, held in every)
-        low, high = wilson(hits, len(every))
-        z = np.array([off for off, _ in every])
-        rows[part] = {"counted": len(every), "covered": hits / max(len(every), 1), "low": low, "high": high}
-        rows[part]["rms_deviations"] = float(np.sqrt(np.mean(z**2))) if len(z) else float("nan")
-        met = GOAL[0] <= rows[part]["covered"] <= GOAL[1]
-        print(
-            f"{'met     ' if met else 'NOT MET '}{part}: {rows[part]['covered']:.1%} of {len(every)} "
-            f"({low:.1%} to {high:.1%}), misses {rows[part]['rms_deviations']:.2f} deviations"
-        )
-    if given.out is not None:
-        record = {"sets": given.sets, "first": given.first, "not_converged": given.sets - len(good), "parts": rows}
-        write_text(given.out, json.dumps(record, indent=2) + "\n")
-
-
 if __name__ == "__main__":
-    main()
+    count_parts(__doc__, trial, PARTS)

@@ -14,15 +14,11 @@ readings.
 
 from __future__ import annotations
 
-import argparse
-import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
-from bench_coverage import GOAL, wilson
+from coverage_of_parts import count_parts
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
@@ -32,7 +28,6 @@ from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.place import place_axis
 from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import simulate_cell
-from fastcal.io.atomic import write_text
 from fastcal.io.robot_file import load_robot
 from fastcal.place import place_of
 from fastcal.robot.robot import Robot
@@ -136,36 +131,5 @@ def part_of(owner: str, unit: str) -> str:
     return "places" if unit == "mm" else "turns"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sets", type=int, default=20)
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--out", type=Path)
-    given = parser.parse_args()
-    seeds = range(given.first, given.first + given.sets)
-    trials = joblib.Parallel(given.jobs)(joblib.delayed(trial)(seed) for seed in seeds)
-    good = [of for of in trials if of is not None]
-    rows: dict[str, dict[str, float]] = {}
-    print(f"{given.sets} sets, {given.sets - len(good)} of them did not converge, were held or held other parameters")
-    for part in PARTS:
-        each = [pair for of in good for pair in of[part]]
-        hits = sum(hit for _, hit in each)
-        low, high = wilson(hits, len(each))
-        rms = float(np.sqrt(np.mean([off**2 for off, _ in each])))
-        rows[part] = {
-            "counted": len(each),
-            "covered": hits / len(each),
-            "low": low,
-            "high": high,
-            "rms_deviations": rms,
-        }
-        inside = "" if GOAL[0] <= hits / len(each) <= GOAL[1] else "  outside 93 to 97 %"
-        print(f"{part:8s} {len(each):6d} {hits / len(each):.3f} [{low:.3f}, {high:.3f}] RMS {rms:.2f}{inside}")
-    if given.out:
-        counted = {"sets": given.sets, "first": given.first, "not_counted": given.sets - len(good), "parts": rows}
-        write_text(given.out, json.dumps(counted, indent=2) + "\n")
-
-
 if __name__ == "__main__":
-    main()
+    count_parts(__doc__, trial, PARTS)
