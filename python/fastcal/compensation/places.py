@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.errors import InvalidInput
 from fastcal.programs import Cell, Frames, Program
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
@@ -33,11 +32,7 @@ class Places:
             InvalidInput: None remains.
         """
         program = self.program.leaving(reasons)
-        if not program.targets:
-            first, *more = map(program.said, program.left)
-            raise InvalidInput(
-                f"no target can be compensated: {first}" + (f" ({len(more)} more are left)" if more else "")
-            )
+        program.check_targets()
         return Places(self.robot, self.nominal, program, self.cell)
 
     def world(self, place: int, T_frame_tool: FloatArray) -> FloatArray:

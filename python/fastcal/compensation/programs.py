@@ -117,8 +117,7 @@ def compensate_program(
         raise InvalidInput("the inverse needs method='full': one step has no exact inverse")
     if not (inverse or again) and (found := stamp.stamped_line(program)):
         raise AlreadyCompensated(f"{found[0]}:{found[1]}: this program says that it was compensated already")
-    if not program.targets:
-        raise InvalidInput(f"{program.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
+    program.check_targets()
     robot = robot_without_measurement(model)
     conditions = {**steady(robot), **conditions}
     places, q_given, assumed = _understood(Places(robot, nominal_robot(robot, nominal), program, cell or Cell()))

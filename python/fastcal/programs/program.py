@@ -14,7 +14,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.errors import ParseError
+from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.posture import SphericalWristArm
 from fastcal.units import from_si, to_si
 
@@ -212,6 +212,21 @@ class Program:
     def said(self, left: Left) -> str:
         """The sentence on what is left."""
         return f"{self.documents[left.document].name}:{left.line}: {left.what} is left as it is: {left.why}"
+
+    def check_targets(self) -> None:
+        """Nothing where the program has targets that may be changed.
+
+        Raises:
+            InvalidInput: It has none; says what is left, and why.
+        """
+        if self.targets:
+            return
+        if not self.left:
+            raise InvalidInput(f"{self.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
+        first, *more = map(self.said, self.left)
+        raise InvalidInput(
+            f"no target can be compensated: {first}" + (f" ({len(more)} more are left)" if more else "")
+        )
 
     def without(self, dropped: Set[int]) -> Program:
         """The program without some targets and their moves."""

@@ -298,7 +298,8 @@ def test_the_measurement_s_own_effects_are_left_out(arms) -> None:
             b"# no\nmovel(p[-.4, -.2, .3, 0, 3.14, 0])\n",
             "no target can be compensated: a.script:2: the target of line 2 is left as it is: the program does not say",
         ),
-        (b"movej(pose_add(a, b))\n", "a.script: holds no targets of plain numbers; nothing to compensate"),
+        (b"movej(pose_add(a, b))\n", "no target can be compensated: a.script:1: "),
+        (b"sleep(1)\n", "a.script: holds no targets of plain numbers; nothing to compensate"),
     ],
 )
 def test_a_program_that_cannot_be_run_is_refused(arms, script, sentence) -> None:
