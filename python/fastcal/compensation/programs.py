@@ -297,17 +297,14 @@ def _nominal_joints(
             found, why = configurations.solve(program.targets[i], wanted[i], before, move)
             if found is None:
                 left[i] = why
+            elif np.abs(wanted[i] - nominal.forward(found[np.newaxis])[0]).max() > _REACHED:
+                missed = inverse_kinematics(nominal, wanted[i], seed=found)
+                _refuse(program, program.targets[i], f"for the nominal robot {missed.message(0)}")
             elif np.isnan(q[i]).any():
                 q[i] = found
             elif np.abs(found - q[i]).max() > _SAME_POSTURE:
                 left[i] = "its moves come to it in different postures"
         before = None if i in left else q[i]
-    done = [i for i in sorted(wanted) if i not in left]
-    got = nominal.forward(q[done])
-    for i, T in zip(done, got, strict=True):
-        if np.abs(wanted[i] - T).max() > _REACHED:
-            missed = inverse_kinematics(nominal, wanted[i], seed=q[i])
-            _refuse(program, program.targets[i], f"for the nominal robot {missed.message(0)}")
     return q, left
 
 

@@ -224,9 +224,7 @@ class Program:
         if not self.left:
             raise InvalidInput(f"{self.documents[0].name}: holds no targets of plain numbers; nothing to compensate")
         first, *more = map(self.said, self.left)
-        raise InvalidInput(
-            f"no target can be compensated: {first}" + (f" ({len(more)} more are left)" if more else "")
-        )
+        raise InvalidInput(f"no target can be compensated: {first}" + (f" ({len(more)} more are left)" if more else ""))
 
     def without(self, dropped: Set[int]) -> Program:
         """The program without some targets and their moves."""
