@@ -4,15 +4,19 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fastcal.errors import InvalidInput
-from fastcal.importers.export import Export
+from fastcal.importers.export import Export, number
 from fastcal.importers.words import Title
 
 Family = tuple[str, tuple[str, ...]]  # the sense of its titles, and the words that they have in common
 _MAP = "name its columns with --map"
+_SAMPLE = 200  # rows that show whether four numbers are a quaternion
+_ROUNDED = 2e-3  # of its length: four numbers of three decimals
 
 # Sets of roles that make an orientation: the convention, None where it can't be known from them.
 ORIENTATIONS: tuple[tuple[tuple[str, ...], str | None], ...] = (
@@ -43,16 +47,26 @@ def grouped(export: Export) -> dict[Family, dict[str, int]]:
     for place, title in enumerate(export.meanings):
         if title is not None and title.sense != "own":
             found[title.sense, title.group].setdefault(title.role, place)
-    return _with_scalar_first(found)
+    return _with_scalar_first(export, found)
 
 
-def _with_scalar_first(found: dict[Family, dict[str, int]]) -> dict[Family, dict[str, int]]:
-    """Q0 beside Qx, Qy and Qz is the scalar of a quaternion and no joint."""
-    for (sense, group), roles in found.items():
+def _with_scalar_first(export: Export, found: dict[Family, dict[str, int]]) -> dict[Family, dict[str, int]]:
+    """Q0 beside Qx, Qy and Qz, or Q0 to Q3 of length 1, are a quaternion with its scalar first and no joints."""
+    for (sense, group), roles in list(found.items()):
         joints = found.get((sense, ("q", *group)), {})
         if {"qx", "qy", "qz"} <= roles.keys() and "qw" not in roles and joints.keys() == {"q0"}:
             roles["qw"] = joints.pop("q0")
+        is_whole = {"x", "y", "z"} <= roles.keys() and joints.keys() == {"q0", "q1", "q2", "q3"}
+        if is_whole and _of_length_1(export, list(joints.values())):
+            roles |= {role: joints.pop(f"q{k}") for k, role in enumerate(("qw", "qx", "qy", "qz"))}
     return found
+
+
+def _of_length_1(export: Export, places: Sequence[int]) -> bool:
+    """Do some columns hold a vector of length 1 in each of the first rows?"""
+    sample = [[number(row[place]) for place in places] for row in export.rows[:_SAMPLE]]
+    lengths = [math.hypot(*(value for value in values if value is not None)) for values in sample if None not in values]
+    return bool(lengths) and all(abs(length - 1) < _ROUNDED for length in lengths)
 
 
 def _is_joint(role: str) -> bool:

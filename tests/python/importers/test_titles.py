@@ -49,6 +49,21 @@ def test_a_quaternion_may_begin_with_q0(session: Session) -> None:
     check(import_measurements([path], joints=session.joints()), session, turned=True)
 
 
+def test_q0_to_q3_of_length_1_are_a_quaternion(session: Session) -> None:
+    """As Leica's Tracker Pilot exports a probe; the joints come from the controller."""
+    turned = "{w[3]:.6f},{w[0]:.6f},{w[1]:.6f},{w[2]:.6f}"
+    titles = "X  [mm],Y  [mm],Z  [mm],U(95)  [mm],Tilt  [deg],Q0 ,Q1 ,Q2 ,Q3 ,Temperature  [°C]"
+    path = session.table(titles, P + ",0.01,29.9," + turned + ",22.8")
+    check(import_measurements([path], joints=session.joints()), session, turned=True)
+
+
+def test_four_joints_are_no_quaternion(session: Session) -> None:
+    path = session.table(
+        "Q0 [deg],Q1 [deg],Q2 [deg],Q3 [deg],X,Y,Z", "{q[0]:.3f},{q[1]:.3f},{q[2]:.3f},{q[3]:.3f}," + P
+    )
+    assert import_measurements([path]).joints == 4
+
+
 @pytest.mark.parametrize("titles", ["Azimuth [deg],Elevation [deg],Distance [mm]", "Hz,V,SD"])
 def test_the_angles_of_an_instrument_are_not_coordinates(session: Session, titles: str) -> None:
     path = session.table(f"Point,{titles}", "{name},12.5,-3.25,3000.1")
