@@ -41,7 +41,8 @@ void bind_measurement(py::module_& m) {
   py::class_<ObservationEntry>(m, "ObservationEntry", "What the registry knows of a kind of observation.")
       .def_readonly("plural", &ObservationEntry::plural)
       .def_readonly("fields", &ObservationEntry::fields)
-      .def_readonly("note", &ObservationEntry::note, "for a reader of data that have it; may be empty");
+      .def_readonly("note", &ObservationEntry::note, "for a reader of data that have it; may be empty")
+      .def_readonly("labelled", &ObservationEntry::labelled, "numbers of a row that a label alone marks");
 
   m.def("observation_names", &observation_names, "Names of all kinds of observation, sorted.");
   m.def("observation_entry", &observation_entry, py::arg("name"), py::return_value_policy::reference);
@@ -149,7 +150,8 @@ void bind_measurement(py::module_& m) {
       .def_property_readonly("parameters", &Measurements::parameters, "unknowns of all observations")
       .def_property_readonly("shows_base", &Measurements::shows_base)
       .def_property_readonly("shows_tool", &Measurements::shows_tool)
-      .def_property_readonly("shows_tool_turn", &Measurements::shows_tool_turn);
+      .def_property_readonly("shows_tool_turn", &Measurements::shows_tool_turn)
+      .def_property_readonly("shows_scale", &Measurements::shows_scale);
 }
 
 }  // namespace fastcal

@@ -257,6 +257,11 @@ class ObservationEntry:
     def fields(self) -> list[Field]:
         ...
     @property
+    def labelled(self) -> int:
+        """
+        numbers of a row that a label alone marks
+        """
+    @property
     def note(self) -> str:
         """
         for a reader of data that have it; may be empty
@@ -365,6 +370,9 @@ class Measurements:
         """
     @property
     def shows_base(self) -> bool:
+        ...
+    @property
+    def shows_scale(self) -> bool:
         ...
     @property
     def shows_tool(self) -> bool:

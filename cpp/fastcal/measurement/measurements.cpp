@@ -48,6 +48,7 @@ class PickedRows : public Observation {
   bool shows_base() const override { return of_->shows_base(); }
   bool shows_tool() const override { return of_->shows_tool(); }
   bool shows_tool_turn() const override { return of_->shows_tool_turn(); }
+  bool shows_scale() const override { return of_->shows_scale(); }
   bool is_pose() const override { return of_->is_pose(); }
   void add_pose(Eigen::Index row, MeasuredPose& pose) const override { of_->add_pose(rows_[row], pose); }
   const RowMatrixXd* coordinates() const override { return of_->coordinates() == nullptr ? nullptr : &coordinates_; }
@@ -109,6 +110,10 @@ bool Measurements::shows_tool() const {
 
 bool Measurements::shows_tool_turn() const {
   return std::any_of(observations_.begin(), observations_.end(), [](const auto& o) { return o->shows_tool_turn(); });
+}
+
+bool Measurements::shows_scale() const {
+  return std::any_of(observations_.begin(), observations_.end(), [](const auto& o) { return o->shows_scale(); });
 }
 
 }  // namespace fastcal

@@ -56,6 +56,7 @@ class Measurements {
   bool shows_base() const;
   bool shows_tool() const;
   bool shows_tool_turn() const;
+  bool shows_scale() const;
 
  private:
   Eigen::Index rows_ = 0;

@@ -109,6 +109,8 @@ class Observation {
   virtual bool shows_base() const = 0;
   virtual bool shows_tool() const { return true; }
   virtual bool shows_tool_turn() const { return false; }
+  /// Does it show how long links are? Turns do not, nor do touches of unknown points: an arm of no size has no errors.
+  virtual bool shows_scale() const { return true; }
 
   /// Is it a part of the tool's pose? Then add_pose adds what a row measures of it.
   virtual bool is_pose() const { return false; }

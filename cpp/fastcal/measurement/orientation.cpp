@@ -37,6 +37,7 @@ class Orientation : public Observation {
   bool shows_base() const override { return true; }
   bool is_pose() const override { return of_.suffix.empty(); }
   bool shows_tool_turn() const override { return true; }
+  bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double*, Comparison& out) const override {
     if (wxyz_.row(row).hasNaN()) return;

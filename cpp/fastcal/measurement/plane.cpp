@@ -38,6 +38,7 @@ class Plane : public Observation {
   double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
   bool claims_sigma() const override { return sigma_.size() > 0; }
   bool shows_base() const override { return false; }
+  bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
     if (planes_.codes[row] < 0) return;

@@ -69,6 +69,7 @@ struct ObservationEntry {
   std::vector<Field> fields;  ///< measured ones first; a field of sigma may be another kind's too
   std::string note;           ///< for a reader of a data set that has it; may be empty
   std::function<std::vector<std::shared_ptr<const Observation>>(const Tables&, const RobotModel&)> make;
+  int labelled = 1;  ///< numbers of a row whose label alone says that something was measured
 };
 
 /// Registered names, sorted.

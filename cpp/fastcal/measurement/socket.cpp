@@ -39,6 +39,7 @@ class Socket : public Observation {
   }
   bool claims_sigma() const override { return sigma_.size() > 0; }
   bool shows_base() const override { return false; }
+  bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
     if (sockets_.codes[row] < 0) return;
@@ -90,6 +91,7 @@ FASTCAL_REGISTER_OBSERVATION(
        const RowMatrixXd* sigma =
            tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return sockets->codes[i] >= 0; });
        return {std::make_shared<Socket>(*sockets, sigma == nullptr ? RowMatrixXd() : *sigma, robot.view().target)};
-     }})
+     },
+     .labelled = 3})
 
 }  // namespace fastcal

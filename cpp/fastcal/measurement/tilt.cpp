@@ -50,6 +50,7 @@ class Inclination : public Observation {
   double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
   bool claims_sigma() const override { return sigma_.size() > 0; }
   bool shows_base() const override { return frames_.size() == 1; }  // where gravity is given in the measuring frame
+  bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
     if (tilt_.row(row).array().isNaN().all()) return;

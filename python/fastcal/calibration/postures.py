@@ -66,10 +66,11 @@ def too_few_postures(data: Dataset, parameters: int) -> str | None:
 def _numbers(data: Dataset) -> NDArray[np.int64]:
     """(N,) how many independent numbers were measured in each row."""
     out = np.zeros(len(data), dtype=np.int64)
-    for field in {name for own in data.kinds.values() for name in own}:
+    labelled = {name: _core.observation_entry(kind).labelled for kind, own in data.kinds.items() for name in own}
+    for field, count in labelled.items():
         values = data.table(field)
         if values is None:
-            out += data.label_codes(field)[0] >= 0
+            out += count * (data.label_codes(field)[0] >= 0)
         else:
             out += np.minimum(np.sum(~np.isnan(values), axis=1), 3)  # a quaternion holds three
     return out

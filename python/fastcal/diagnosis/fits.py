@@ -37,6 +37,7 @@ from fastcal.diagnosis.problem import Linearization, Problem
 from fastcal.diagnosis.projection import basis, root, root_again
 from fastcal.diagnosis.starting_values import carried
 from fastcal.robot.robot import Spec
+from fastcal.robot.se3 import inverse
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -48,6 +49,7 @@ MAX_ITERATIONS = 15
 # Share of chi square that rounding may make of a gain or a loss.
 CHI_SQUARE_SHARE = 1e-5
 _COVARIANCE = 1e-6  # relative error of a covariance that decides nothing
+_OTHERWISE = 0.1  # of the moves of the nominal arm: a real one's lengths and ratios are off by a hundredth at most
 _WIDER = 1.3  # by which the longest reach grows with each step that succeeds, once one has failed
 
 
@@ -238,6 +240,26 @@ class Fit:
         return max(len(self.near.r) - determined, 1.0)
 
     @cached_property
+    def is_another_arm(self) -> bool:
+        """Does the last frame move otherwise than the nominal one's, where nothing measured shows by how much it moves?
+
+        All that touches of unknown points leave vanishes with the size of the arm, its ratios, or where the tool stands
+        still: least squares of a coarse arm ends there, however wrong that is.
+        """
+        if self.problem.measured.shows_scale:
+            return False
+        share = self._moves(self.theta) / self._moves(np.asarray(self.model.start))
+        return not 1 - _OTHERWISE < share < 1 + _OTHERWISE
+
+    def _moves(self, theta: FloatArray) -> float:
+        """How far the last frame is from its mean place, RMS over the rows [m]."""
+        theta = theta[: len(self.model.parameters)]
+        tool = self.model.robot.base_and_tool(theta[: self.problem.own])[1]
+        T = np.asarray(self.model.predict(self.samples, theta, self.problem.threads)) @ inverse(tool)
+        places = T[:, :3, 3]
+        return float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
+
+    @cached_property
     def loads(self) -> FloatArray:
         """(N, n) load about or along each joint's axis [N m or N], in the settled state."""
         core = self.problem.start.robot
@@ -351,9 +373,9 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
 
 
 def is_beyond_bounds(at: Fit, name: Hypothesis) -> bool:
-    """Has an added effect a parameter that it cannot have, such as a negative compliance?"""
+    """Has an added effect a parameter that it cannot have, such as a negative compliance, or is it another arm?"""
     place = at.place(name)
-    return any(
+    return at.is_another_arm or any(
         not p.lower - 1e-9 * p.sigma <= value <= p.upper + 1e-9 * p.sigma
         for p, value in zip(at.model.parameters[place], at.theta[place], strict=True)
     )

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.alignment import measurements
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import CauseLabel
@@ -196,6 +197,8 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[H
     """The variants of one effect and owner; InvalidInput where the data lack a column."""
     bare: Spec = {"effect": effect, "owner": owner}
     traits = traits_of(effect)
+    if traits.place == "instrument" and not measurements(data, robot).shows_scale:
+        raise InvalidInput(f"{effect} is of an instrument, and touches and turns have none that measures lengths")
     if effect_has_moment(effect) and data.time is None:
         raise InvalidInput(f"{label(bare)} needs the column time_s")
     if traits.searched:

@@ -244,6 +244,18 @@ class Problem:
         return replace(self, noise=noise)
 
 
+def _of_a_size(problem: CalibrationProblem) -> CalibrationProblem:
+    """Where nothing measured shows how long links are, lengths that `calibrate` holds stay at nominal.
+
+    All that touches of unknown points leave falls with the size of the arm: free of it, a fit ends in an arm of none.
+    """
+    if problem.measured.shows_scale:
+        return problem
+    every, own = problem.parameters, len(problem.model.robot.parameters)
+    held = {i for i in problem.identify().held if i < own and every[i].unit == "m" and every[i].owner != "base"}
+    return replace(problem, asked=[i for i in problem.asked if i not in held])
+
+
 def prepared_problem(
     robot: Robot,
     data: Dataset,
@@ -253,7 +265,7 @@ def prepared_problem(
     excluded: frozenset[Exclusion] = frozenset(),
 ) -> Problem:
     """All measured rows, base and tool fitted."""
-    start = prepare(robot, data, effects="geometry", threads=threads)
+    start = _of_a_size(prepare(robot, data, effects="geometry", threads=threads))
     repeatability = joint_repeatability(start) if CORNERS in data.kinds else None
     return Problem(start, data, data.measured, names, noise, threads, excluded=excluded, repeatability=repeatability)
 
