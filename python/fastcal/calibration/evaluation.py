@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.error_statistics import ErrorStatistics as ErrorStatistics
 from fastcal.calibration.kind_errors import KindErrors as KindErrors
@@ -29,8 +30,6 @@ from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotation_to_rpy
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 ALIGNED_BETTER = 5.0
 ALIGNED_ROWS = 4  # points: twelve numbers for six unknowns

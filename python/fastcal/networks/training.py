@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.applicability import Guard
 from fastcal.correction.experts import Expert
 from fastcal.errors import InvalidInput
@@ -29,10 +29,8 @@ from fastcal.networks.transfer import ALONE, NOTHING, PRIOR, SHIFTED, Transfer, 
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 Scores = dict[str, dict[str, float]]
-Fit = Callable[[Problem, Sequence[IntArray], Options], Sequence[Expert]]
+Fit = Callable[[Problem, Sequence[IndexArray], Options], Sequence[Expert]]
 
 FITS: dict[str, Fit] = {
     "mlp": fit_mlp,
@@ -249,7 +247,7 @@ def _experts(name: str, problem: Problem, options: Options) -> list[list[Expert]
     return [found[k : k + members] for k in range(0, len(found), members)]
 
 
-def _without_some(problem: Problem, own: IntArray, random: np.random.Generator) -> IntArray:
+def _without_some(problem: Problem, own: IndexArray, random: np.random.Generator) -> IndexArray:
     regions = np.unique(problem.regions[own])
     dropped = random.permutation(regions)[: len(regions) // 10]
     return own[~np.isin(problem.regions[own], dropped)]
