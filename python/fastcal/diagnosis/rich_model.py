@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.columns import unit_columns
-from fastcal.diagnosis import rules
+from fastcal.diagnosis import robust_rows, rules
 from fastcal.diagnosis.blocks import Blocks, Columns, blocks, columns_at
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.generic import Generic
@@ -28,6 +28,9 @@ from fastcal.diagnosis.slow_motion import SlowMotion, is_in_time
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
+
+# Gain of BIC that each block must bring that enters the rich model first (odds of 1 : 22 000).
+CLEAR_BLOCK_BIC = 20.0
 
 # Columns of the rich model at most, as many as a thousand numbers have: more cost time and show no more.
 RICH_MODEL_COLUMNS = 350
@@ -100,7 +103,7 @@ class RichModel:
     def without_gross(self) -> RichModel:
         """At a fit that holds no row which is grossly wrong beside it."""
         out, gone = self, _NONE
-        for _ in range(rules.MAX_REFITS):
+        for _ in range(robust_rows.MAX_REFITS):
             if np.isin(out.left.gross, gone).all():
                 break
             gone, out = np.union1d(gone, out.left.gross), out.again(out.noise)
@@ -155,7 +158,7 @@ def _clear(blocks: Blocks, among: IntArray | None = None) -> list[int]:
         left = blocks.tests.given(added)
         worth = blocks.worth(np.asarray(left.statistic)[among], np.asarray(left.rank)[among], among)
         best = int(np.argmax(worth))
-        if worth[best] < rules.CLEAR_BLOCK_BIC:
+        if worth[best] < CLEAR_BLOCK_BIC:
             break
         added.append(int(among[best]))
     return added

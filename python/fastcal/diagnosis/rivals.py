@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.columns import unit_columns, unit_products
-from fastcal.diagnosis import rules
+from fastcal.diagnosis import robust_rows, rules
 from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_out import HeldOut, folds, gain, is_better, lead, positions, squares, wins
@@ -34,6 +34,10 @@ from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
 Key = tuple[tuple[str, ...], tuple[str, ...]]
+
+# Share of the misfit that the most names leave, by their score tests, from which on no set is searched for: too little
+# explained to be given, with a margin for what fits add to score tests.
+HOPELESS_SHARE = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +189,7 @@ class Rivals:
         if not (p < rules.ALPHA_FURTHER / (start.family.named + start.family.generic)).any():
             return False
         remaining = tests.remaining_with(names)[0]
-        if remaining > rules.HOPELESS_SHARE * tests.remaining:
+        if remaining > HOPELESS_SHARE * tests.remaining:
             return True
         return bool(self.curves_leave < remaining * self.search.problem.noise.factor**2)
 
@@ -268,7 +272,7 @@ def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
     moving = [p for p in profiles if np.ptp(q[:, place_of(p["owner"]).index]) > 0]
     curves = with_curvatures(state.fit, moving)
     at, problem = state.fit, state.fit.problem
-    for _ in range(rules.MAX_REFITS):
+    for _ in range(robust_rows.MAX_REFITS):
         found = _fitted(state, curves, problem, at)
         if found is None:
             return None

@@ -26,6 +26,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
+# Fits of a rival, each on the rows that the one before reaches, at most. Numerical.
+MAX_REFITS = 3
+
 # Rounds of reweighting and of rejecting rows, each.
 NOISE_ROUNDS = 6
 # Sizes of a row from which on Huber's weights fall and Tukey's end [medians of a row]: the usual corners.
