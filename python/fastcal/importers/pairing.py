@@ -44,12 +44,10 @@ class Pairing:
     Attributes:
         pairs: (pose, point), in the order of the poses.
         rms: RMS distance of the pairs from the arm [m].
-        gate: Distance beyond which a pair was refused [m].
     """
 
     pairs: list[Pair]
     rms: float
-    gate: float
 
 
 def pair_by_robot(robot: Robot, q: FloatArray, points: FloatArray, expected: Sequence[Pair] | None) -> Pairing | None:
@@ -76,7 +74,7 @@ def pair_by_robot(robot: Robot, q: FloatArray, points: FloatArray, expected: Seq
         if len(pairs) < FEWEST_ROWS:
             return None
     off = np.array([distance[pair] for pair in pairs])
-    return Pairing(pairs, float(np.sqrt(np.mean(off**2))), gate)
+    return Pairing(pairs, float(np.sqrt(np.mean(off**2))))
 
 
 def _start(

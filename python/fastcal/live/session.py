@@ -60,11 +60,6 @@ class Answer:
     row: int
     text: str
 
-    @property
-    def is_ok(self) -> bool:
-        """Is the row kept?"""
-        return self.text.split(";")[0] == "ok"
-
 
 class LiveSession:
     """Measured rows of an arm as they come.

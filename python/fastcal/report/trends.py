@@ -63,12 +63,12 @@ def judged_rows(row_count: int) -> NDArray[np.intp]:
     return some_rows(row_count, MOST_ROWS)
 
 
-def bins_of(x: Array, bin_count: int = BIN_COUNT) -> NDArray[np.intp]:
+def bins_of(x: Array) -> NDArray[np.intp]:
     """(N,) the bin of each row of x (N,), in the order of x and of about equal count; -1 in thin bins.
 
     Equal x share a bin.
     """
-    bin_count = min(bin_count, max(1, len(x) // ROWS_PER_BIN))
+    bin_count = min(BIN_COUNT, max(1, len(x) // ROWS_PER_BIN))
     ordered = np.sort(x)
     edges = np.unique(np.quantile(ordered, np.linspace(0.0, 1.0, bin_count + 1))) if len(x) else np.zeros(0)
     if len(edges) < 2:
