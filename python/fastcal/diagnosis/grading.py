@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.held_out import folds, gain
@@ -27,8 +27,6 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names
 from fastcal.place import place_of
-
-FloatArray = NDArray[np.float64]
 
 # Standard deviations by which two parameters must differ for what sets a name apart from a simpler one.
 CONTRAST = 5.0

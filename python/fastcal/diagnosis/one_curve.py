@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from math import comb, log
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis import periodic, rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
@@ -24,8 +24,6 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.place import place_of
 from fastcal.surrogate.evidence import Beside
 from fastcal.surrogate.features import features
-
-FloatArray = NDArray[np.float64]
 
 
 def waves_of_one_curve(search: Search, state: SearchNode) -> tuple[str, SearchNode] | None:

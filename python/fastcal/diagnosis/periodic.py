@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.problem import Problem
     from fastcal.diagnosis.search import SearchNode
 
-FloatArray = NDArray[np.float64]
 
 # Chi square by which a wave of any other order must fit worse for grade A, up to FINEST_ORDER: five standard
 # deviations. Over a grid of positions other orders are the same wave, to the last digit.

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.change_point import find_step
 from fastcal.diagnosis import periodic, rules
 from fastcal.diagnosis.blocks import columns_at
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, SearchNode
     from fastcal.measurements.dataset import Dataset
 
-FloatArray = NDArray[np.float64]
 
 # Names that a scan may add.
 SCANNED_NAMES = 8

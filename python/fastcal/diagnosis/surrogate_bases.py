@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.adaptation import robot_of
@@ -23,8 +23,6 @@ from fastcal.diagnosis.noise import NoiseLevel
 from fastcal.diagnosis.plain_models import JUDGED, Judged, judged
 from fastcal.diagnosis.remaining_surrogate import surrogate_of
 from fastcal.diagnosis.rivals import Model
-
-FloatArray = NDArray[np.float64]
 
 # Share of the noise that a model with a surrogate must leave of rows held out to be compared: less is no prediction,
 # but squares of large errors, linearized at two fits. Where it was real it left 1.18 or more, in nine sets.

@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import align, calibrate
 from fastcal.calibration.realign import realign
 from fastcal.errors import FastcalError
@@ -23,7 +23,6 @@ from fastcal.importers.sequence import matched
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
-FloatArray = NDArray[np.float64]
 Pair = tuple[int, int]
 
 FEWEST_ROWS = 10  # base and tool alone adapt to nine numbers
