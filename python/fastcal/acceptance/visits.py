@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.prediction import rotations
 from fastcal.calibration.repeatability import pose_groups, turns_between, visit_groups
 from fastcal.errors import InvalidInput
@@ -20,7 +21,6 @@ from fastcal.robot import se3
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
-FloatArray = NDArray[np.float64]
 RowArray = NDArray[np.intp]
 
 TARGET_COLUMNS = ("target_x_mm", "target_y_mm", "target_z_mm", "target_qw", "target_qx", "target_qy", "target_qz")

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import Evaluation, best_motion, evaluate
 from fastcal.effects.entries import Spec, traits_of
@@ -17,7 +16,6 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 
-FloatArray = NDArray[np.float64]
 _FEWEST = 6  # points that place a base by six numbers and leave something to judge
 
 

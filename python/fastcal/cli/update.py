@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fastcal.cli.console import NOT_CONVERGED, emit, fail, progress, say, warn
+from fastcal.cli.console import NOT_CONVERGED, fail, progress, tell, warn
 from fastcal.cli.options import AsRead, Corners, DataFiles, ModelFile, OutFolder, PageLanguage, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
@@ -53,10 +53,7 @@ def update(
         show("writing the report")
         write_update(found, output, language=page_language)
     warn(found.notes)
-    for line in summary(found):
-        say(line)
-    say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, summary(found), output)
     if found.status != "converged":
         fail("the update has not converged: measure more poses, or calibrate again")
         raise typer.Exit(NOT_CONVERGED)
@@ -68,19 +65,15 @@ def _update_pictures(
     """By a few pictures of a cell."""
     from fastcal.importers.corners import load_seen
     from fastcal.monitoring.picture_update import update_pictures
-    from fastcal.report.picture_update_report import write_picture_update
+    from fastcal.report.monitoring_files import write_update
 
     with progress() as show:
         show("bringing the model up to date")
         found = update_pictures(robot, load_seen(data, robot, corners), who=who, threads=threads)
         show("writing the report")
-        write_picture_update(found, output, language=language)
+        write_update(found, output, language=language)
     warn(found.notes)
-    say(found.sentence)
-    for of in found.cameras:
-        say(of.sentence)
-    say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, [found.sentence, *(of.sentence for of in found.cameras)], output)
     if found.status != "converged":
         fail("the pictures are not explained by what may have moved: take more pictures, or calibrate again")
         raise typer.Exit(NOT_CONVERGED)
@@ -119,8 +112,4 @@ def compare(
     if output is not None:
         write_comparison(found, output, language=page_language)
     warn(found.notes)
-    for line in summary(found):
-        say(line)
-    if output is not None:
-        say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, summary(found), output)

@@ -17,14 +17,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.problem import asked_parameters
 from fastcal.calibration.realign import realign
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 FEWEST = 4  # rows that place the arm: base and the tool's point are nine numbers
 KNOWN_TO = 3.0  # plausible sizes, of the geometry

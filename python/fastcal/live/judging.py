@@ -8,16 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import fdtrc
 
+from fastcal.arrays import FloatArray
 from fastcal.live.belief import Belief
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.said import Said, said
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 1e-4  # of a row that is right
 GROSS = 1e-2  # of the reach: no arm is built that badly
