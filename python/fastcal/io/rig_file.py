@@ -37,7 +37,7 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     """
     top = Fields(value, "", path)
     name = top.text("cell", path.stem)
-    arms = Fields(top.take("arms"), "arms", path).rest()
+    arms = top.inner("arms").rest()
     if len(arms) != 1:
         taken = "calibrate, evaluate, diagnose, check, compare, predict, simulate, design and place take several"
         top.refuse("arms", f"expected one arm, got {len(arms)}; {taken}")

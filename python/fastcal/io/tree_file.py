@@ -85,7 +85,7 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     points = [_point(key, role, fields) for role in ("target", "sensor") for key, fields in _members(top, f"{role}s")]
     distances = _distances(top)
     rig = _rig(top)
-    records = Fields(top.take("calibrations", {}), "calibrations", path).rest()
+    records = top.inner("calibrations", {}).rest()
     top.done()
     names = [*(entry.name for entry in entries), *(point.name for point in points), *rig["cameras"], *rig["boards"]]
     for twice in sorted({each for each in names if names.count(each) > 1}):
