@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.data_notes import unseen_directions
 from fastcal.calibration.kind_errors import KindErrors
-from fastcal.calibration.kind_noise import noise_by_kind
+from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
 from fastcal.calibration.unknowns import CORNERS, unknowns_found
 from fastcal.cells.asked import asked_parameters, priors
@@ -24,7 +25,7 @@ from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.evidence import SharedNoise, settled
 from fastcal.cells.placements import Placement, placements
 from fastcal.cells.readings import Readings
-from fastcal.cells.records import way_records
+from fastcal.cells.records import JOINTS, cell_record, way_records
 from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
 from fastcal.cells.start import started
 from fastcal.effects.entries import edge_name, edge_unit, full_name
@@ -56,6 +57,7 @@ class CellResult:
         views, test_views: Errors of each view, such as `position@smr:camera`, `corner@BOARD:CAMERA`.
         outliers: Rows whose error the noise does not explain.
         shared: What all corners of a picture share, and how far the geometry may be off; None where it was not asked.
+        moved: Of an update, what has moved since the calibration; None of a calibration.
     """
 
     cell: Cell
@@ -73,6 +75,7 @@ class CellResult:
     test: dict[str, KindErrors] | None = None
     test_views: dict[str, KindErrors] | None = None
     shared: SharedNoise | None = None
+    moved: list[str] | None = None
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -104,6 +107,7 @@ class CellResult:
             "outliers": self.outliers,
             "joints_repeat_deg": None if self.shared is None else from_si(self.shared.repeats, "deg"),
             "held": self.held,
+            **({} if self.moved is None else {"method": "update", "moved": self.moved}),
             "notes": self.notes,
         }
 
@@ -149,22 +153,26 @@ def calibrate_cell(
     found = _identified(start, used, asked, places, sizes, loss, threads)
     measured = used.measured(start)
     solution: Solution = found
-    model = _there(start, measured, found)
+    model = there(start, measured, found)
     noise = noise_by_kind(measured, found)
     kept = np.setdiff1d(np.arange(len(used)), found.outliers)
     weighed, by_axis = with_axis_noise(used, view_errors(model, used.pick(kept)))
     if by_axis and found.status == "converged":
         found = _identified(start, weighed, asked, places, sizes, loss, threads)
         measured = weighed.measured(start)
-        solution, model = found, _there(start, measured, found)
+        solution, model = found, there(start, measured, found)
         noise = noise_of_axes(noise, weighed, by_axis)
     shared = None
     if (sizes is not None or CORNERS in used.tables) and found.status == "converged":
         report("weighing what the joints repeat to")
         known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
         solution, shared = settled(start, weighed.pick(kept), found, known, threads)
-        model = _there(start, measured, solution)
-    model = replace(model, records=way_records(model, readings, threads))
+        model = there(start, measured, solution)
+    own = len(start.model.start)
+    record = cell_record(solution, measured, found.parameters[:own], record_of(noise, shared), found.degrees_of_freedom)
+    seen_not = unseen_directions(found, [full_name(parameter) for parameter in found.parameters[:own]])
+    record = replace(record, moved=seen_not[0], directions=seen_not[1])
+    model = replace(model, records=way_records(model, readings, threads), record=record.to_spec())
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
     before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))
@@ -202,10 +210,17 @@ def _identified(
     return _core.identify(cell.model, readings.samples(), measured, **given)
 
 
-def _there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:
+def there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:
     """The cell as it was identified."""
     unknowns = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
     return cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, *unknowns)
+
+
+def record_of(noise: dict[str, KindNoise], shared: SharedNoise | None) -> dict[str, tuple[float, str]]:
+    """The noise of each kind as a record has it, and what joints repeat to."""
+    if shared is None:
+        return noise_record(noise)
+    return noise_record(scaled(noise, shared.scale)) | {JOINTS: (from_si(shared.repeats, "deg"), "deg")}
 
 
 def _numbers_of(cell: Cell, readings: Readings) -> int:

@@ -87,7 +87,8 @@ class Near:
         """At theta (T,), by columns G (T, u), whitened by `noise` of each kind of observation."""
         near = _core.linearize(cell.model, readings.samples(), measured, theta, noise, threads)
         r, row, J = np.asarray(near.r), np.asarray(near.row), np.asarray(near.J)
-        E, J = J @ turned_joints(cell, len(theta)), J @ G
+        zeros = [column for _, _, kind, column in joint_zeros(cell, len(theta)) if kind == "revolute"]
+        E, J = J @ np.reshape(zeros, (-1, len(theta))).T, J @ G
         parts = []
         for k in np.unique(row):
             own = row == k
@@ -96,6 +97,11 @@ class Near:
         along, along_r, S = (np.concatenate(part) for part in zip(*parts, strict=True))
         H, c, q = J.T @ J - along.T @ along, J.T @ r - along.T @ along_r, float(r @ r - along_r @ along_r)
         return Near(H, c, q, len(r) - len(S), along, along_r, S)
+
+    @property
+    def numbers(self) -> int:
+        """That were read."""
+        return self.count + len(self.r)
 
     def posterior(self, scale: float, ratio: float, mean: FloatArray, precision: FloatArray) -> Posterior:
         """Of u, with the noise s = scale, t = ratio."""
@@ -130,19 +136,17 @@ class Posterior:
         return inverse * np.outer(self.size, self.size)
 
 
-def turned_joints(cell: Cell, count: int) -> FloatArray:
-    """(T, n) how parameters move when joints that turn are off by 1 rad; of arms that are poses there are none."""
-    branches = {branch.name: branch for branch in cell.core.branches}
-    columns = [np.zeros((count, 0))]
+def joint_zeros(cell: Cell, count: int) -> list[tuple[str, int, str, FloatArray]]:
+    """Arm, number from 0, type and how the parameters (T,) move when its zero is off by 1 rad or m, of each joint."""
+    first = {branch.name: branch.first_parameter for branch in cell.core.branches}
+    out = []
     for arm in cell.arms:
-        first = branches[arm.name].first_parameter
         for joint, kind in enumerate([] if arm.of_poses else arm.robot.joint_types):
-            if kind == "revolute":
-                own = zero_direction(arm.robot, joint)[: branches[arm.name].parameter_count]
-                column = np.zeros((count, 1))
-                column[first : first + len(own), 0] = own
-                columns.append(column)
-    return np.hstack(columns)
+            own = zero_direction(arm.robot, joint)[: len(arm.robot.core.nominal)]
+            column = np.zeros(count)
+            column[first[arm.name] : first[arm.name] + len(own)] = own
+            out.append((arm.name, joint, kind, column))
+    return out
 
 
 def settled(

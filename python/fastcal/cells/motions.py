@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""A cell whose instrument was set up again: all that stands on the world stands elsewhere in its frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal import _core
+from fastcal.cells.cell import Arm, Cell, Point
+from fastcal.cells.readings import Readings
+from fastcal.cells.simulate import view_poses
+from fastcal.monitoring.setups import rigid
+from fastcal.robot.core_model import pose
+from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.rig import PLACEMENT
+from fastcal.robot.robot_spec import Spec
+
+FloatArray = NDArray[np.float64]
+
+_STEP = 1e-5  # [m, rad] of differences
+
+
+def stands_at(cell: Cell, readings: Readings) -> FloatArray:
+    """(4, 4) the cell's world in the frame of the instrument, by all points that were read from it.
+
+    Raises:
+        Undetermined: Fewer than three, or on a line.
+    """
+    views = [view for view in readings.views if ":" not in view and f"position@{view}" in readings.tables]
+    predicted = [view_poses(cell, readings.q, view)[:, :3, 3] for view in views]
+    none = np.zeros((0, 3))
+    measured = [none, *(readings.tables[f"position@{view}"] for view in views)]
+    return rigid(np.concatenate([none, *predicted]), np.concatenate(measured), readings.source)
+
+
+def carried(cell: Cell, X: FloatArray) -> Cell:
+    """The cell with all that stands on the world moved by X (4, 4)."""
+
+    def there(place: Spec) -> Spec:
+        return frame_spec(X @ pose(place))
+
+    def rig(members: dict[str, Spec]) -> dict[str, Spec]:
+        return {name: {**of, **there(of)} if of["on"] == "world" else of for name, of in members.items()}
+
+    return replace(
+        cell,
+        arms=tuple(
+            replace(arm, robot=arm.robot.with_(base=there(arm.robot.spec["base"]))) if arm.on == "world" else arm
+            for arm in cell.arms
+        ),
+        points=tuple(replace(of, place=there(of.place)) if of.on == "world" else of for of in cell.points),
+        cameras=rig(dict(cell.cameras)),
+        boards=rig(dict(cell.boards)),
+    )
+
+
+def turned(cell: Cell, X: FloatArray, columns: FloatArray) -> FloatArray:
+    """Columns (T, k) of a cell's parameters as they are of the cell that is `carried` by X."""
+    out, theta = columns.copy(), np.asarray(cell.model.start)
+    first = _on_world(cell)
+    A = np.empty((len(first), len(PLACEMENT), len(PLACEMENT)))
+    for k in range(len(PLACEMENT)):
+        step = np.zeros(len(theta))
+        step[[at + k for at in first]] = _STEP
+        ends = [np.asarray(carried(cell.with_values(theta + sign * step), X).model.start) for sign in (1, -1)]
+        change = (ends[0] - ends[1]) / (2 * _STEP)
+        A[:, :, k] = [change[at : at + len(PLACEMENT)] for at in first]
+    for of, at in zip(A, first, strict=True):
+        out[at : at + len(PLACEMENT)] = of @ columns[at : at + len(PLACEMENT)]
+    return out
+
+
+def motions_of_world(cell: Cell, unknowns: Sequence[_core.Parameter]) -> FloatArray:
+    """(T, 6) how the parameters and unknowns of a cell change as the world moves along and turns about x, y, z."""
+    own = len(cell.model.start)
+    out = np.zeros((own + len(unknowns), 6))
+    where = {(of.owner, of.name): own + k for k, of in enumerate(unknowns)}
+    for k, step in enumerate(_STEP * np.eye(6)):
+        motions = [_motion(sign * step) for sign in (1, -1)]
+        ends = [np.asarray(carried(cell, X).model.start) for X in motions]
+        out[:own, k] = (ends[0] - ends[1]) / (2 * _STEP)
+        for kind, members in (("camera", cell.cameras), ("board", cell.boards)):
+            for name, of in members.items():
+                if of["on"] == "world" and (f"{kind} {name}", "x") in where:
+                    T = pose(of)
+                    change = np.linalg.inv(T) @ motions[0] @ T
+                    six = [*change[:3, 3], *np.asarray(_core.log_so3(change[:3, :3]))]
+                    out[[where[f"{kind} {name}", axis] for axis in PLACEMENT], k] = np.array(six) / _STEP
+    return out
+
+
+def _motion(six: FloatArray) -> FloatArray:
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = _core.exp_so3(six[3:]), six[:3]
+    return X
+
+
+def _on_world(cell: Cell) -> list[int]:
+    """First parameters of the places of what stands on the world."""
+    members: list[Arm | Point] = [*cell.arms, *cell.points]
+    on_world = {of.name for of in members if of.on == "world"}
+    return [branch.first_parameter for branch in cell.core.branches if branch.name in on_world]
