@@ -130,6 +130,11 @@ class Posterior:
     evidence: float
 
     @property
+    def is_at_rest(self) -> bool:
+        """Is the step u none, in standard deviations?"""
+        return bool(np.abs(self.u / np.sqrt(np.diag(self.covariance))).max() < _SETTLED)
+
+    @property
     def covariance(self) -> FloatArray:
         """(u, u)."""
         inverse = np.asarray(linalg.cho_solve(self.factor, np.eye(len(self.u))))
@@ -170,7 +175,7 @@ def settled(
         noise = most_likely(near, mean, precision, held)
         there = near.posterior(noise.scale, noise.repeats / noise.scale, mean, noise.precision(precision, held))
         theta[free] += there.u
-        if np.abs(there.u / np.sqrt(np.diag(there.covariance))).max() < _SETTLED:
+        if there.is_at_rest:
             break
     return Values(theta, free, there.covariance), noise
 

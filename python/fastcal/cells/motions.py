@@ -60,18 +60,16 @@ def carried(cell: Cell, X: FloatArray) -> Cell:
 
 
 def turned(cell: Cell, X: FloatArray, columns: FloatArray) -> FloatArray:
-    """Columns (T, k) of a cell's parameters as they are of the cell that is `carried` by X."""
-    out, theta = columns.copy(), np.asarray(cell.model.start)
-    first = _on_world(cell)
-    A = np.empty((len(first), len(PLACEMENT), len(PLACEMENT)))
-    for k in range(len(PLACEMENT)):
-        step = np.zeros(len(theta))
-        step[[at + k for at in first]] = _STEP
-        ends = [np.asarray(carried(cell.with_values(theta + sign * step), X).model.start) for sign in (1, -1)]
-        change = (ends[0] - ends[1]) / (2 * _STEP)
-        A[:, :, k] = [change[at : at + len(PLACEMENT)] for at in first]
-    for of, at in zip(A, first, strict=True):
-        out[at : at + len(PLACEMENT)] = of @ columns[at : at + len(PLACEMENT)]
+    """Columns (T, k) of a cell's parameters as they are of the cell that is `carried` by X.
+
+    With what stands on the world moved by the twist t = B dtheta, X t X^-1 = B' dtheta'.
+    """
+    out = columns.copy()
+    adjoint = np.column_stack([_twist(X @ _motion(_STEP * step) @ np.linalg.inv(X)) for step in np.eye(6)]) / _STEP
+    before, after = _twists(cell), _twists(carried(cell, X))
+    for first, B in before.items():
+        own = slice(first, first + len(PLACEMENT))
+        out[own] = np.linalg.solve(after[first], adjoint @ B @ columns[own])
     return out
 
 
@@ -79,18 +77,29 @@ def motions_of_world(cell: Cell, unknowns: Sequence[_core.Parameter]) -> FloatAr
     """(T, 6) how the parameters and unknowns of a cell change as the world moves along and turns about x, y, z."""
     own = len(cell.model.start)
     out = np.zeros((own + len(unknowns), 6))
+    for first, B in _twists(cell).items():
+        out[first : first + len(PLACEMENT)] = np.linalg.inv(B)
     where = {(of.owner, of.name): own + k for k, of in enumerate(unknowns)}
-    for k, step in enumerate(_STEP * np.eye(6)):
-        motions = [_motion(sign * step) for sign in (1, -1)]
-        ends = [np.asarray(carried(cell, X).model.start) for X in motions]
-        out[:own, k] = (ends[0] - ends[1]) / (2 * _STEP)
-        for kind, members in (("camera", cell.cameras), ("board", cell.boards)):
-            for name, of in members.items():
-                if of["on"] == "world" and (f"{kind} {name}", "x") in where:
-                    T = pose(of)
-                    change = np.linalg.inv(T) @ motions[0] @ T
-                    six = [*change[:3, 3], *np.asarray(_core.log_so3(change[:3, :3]))]
-                    out[[where[f"{kind} {name}", axis] for axis in PLACEMENT], k] = np.array(six) / _STEP
+    for kind, members in (("camera", cell.cameras), ("board", cell.boards)):
+        for name, of in members.items():
+            if of["on"] == "world" and (f"{kind} {name}", PLACEMENT[0]) in where:
+                T, at = pose(of), [where[f"{kind} {name}", axis] for axis in PLACEMENT]
+                for k, step in enumerate(_STEP * np.eye(6)):
+                    out[at, k] = _twist(np.linalg.inv(T) @ _motion(step) @ T) / _STEP
+    return out
+
+
+def _twists(cell: Cell) -> dict[int, FloatArray]:
+    """(6, 6) the motion in the world per parameter of the place of each branch on it, by its first parameter."""
+    members: list[Arm | Point] = [*cell.arms, *cell.points]
+    on_world = {of.name for of in members if of.on == "world"}
+    theta, out = np.asarray(cell.core.nominal), {}
+    for k, branch in enumerate(cell.core.branches):
+        if branch.name in on_world:
+            first = branch.first_parameter
+            steps = _STEP * np.eye(len(theta))[first : first + len(PLACEMENT)]
+            ends = [[cell.core.placements(theta + sign * step)[k] for sign in (1, -1)] for step in steps]
+            out[first] = np.column_stack([_twist(there @ np.linalg.inv(back)) for there, back in ends]) / (2 * _STEP)
     return out
 
 
@@ -100,8 +109,6 @@ def _motion(six: FloatArray) -> FloatArray:
     return X
 
 
-def _on_world(cell: Cell) -> list[int]:
-    """First parameters of the places of what stands on the world."""
-    members: list[Arm | Point] = [*cell.arms, *cell.points]
-    on_world = {of.name for of in members if of.on == "world"}
-    return [branch.first_parameter for branch in cell.core.branches if branch.name in on_world]
+def _twist(X: FloatArray) -> FloatArray:
+    """(6,) of a small motion (4, 4): `_motion` of it is X."""
+    return np.array([*X[:3, 3], *np.asarray(_core.log_so3(X[:3, :3]))])

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import gammaln
 from scipy.stats import chi2
 
 from fastcal import _core
@@ -47,9 +48,8 @@ _MOVED = {"m": to_si(20.0, "mm"), "rad": to_si(2.0, "deg")}  # how far what has 
 _ANEW = 10.0  # [m, rad] how far an instrument may stand from where the points put it: any distance
 _UNSEEN = 0.1  # standard deviations: less of a held direction leaves it held
 _ALIKE = 9.0  # of chi square: what explains nearly as much as the likeliest may be it
-_LEAST = 3  # rows that are kept
+_KEPT = 0.75  # of the rows at least: where more are off, it is not the rows
 _ROUNDS = 20
-_SETTLED = 1e-2  # standard deviations: less of a step is none
 
 
 def update_cell(cell: Cell, readings: Readings, *, threads: int = 1) -> CellResult:
@@ -89,7 +89,7 @@ def update_cell(cell: Cell, readings: Readings, *, threads: int = 1) -> CellResu
     count = fit.near(theta).numbers
     new = cell_record(solution, fit.measured, fit.parameters[:own], record.noise, record.degrees_of_freedom + count)
     held = {name: row for name, row in zip(fit.names, fit.held, strict=True) if row.any()}
-    new = replace(new, moved=list(held), directions=np.array([*held.values()]).reshape(len(held), -1))
+    new = replace(new, moved=list(held), directions=np.array([*held.values()]).reshape(len(held), fit.held.shape[1]))
     model = replace(model, record=new.to_spec(), records=updated_records(cell, readings.pick(fit.rows), threads))
     return CellResult(
         cell=model,
@@ -197,12 +197,12 @@ class _Fit:
             for name, columns in left.items():
                 wider = replace(fit, G=np.hstack([fit.G, columns]))
                 gain[name] = before - wider.cost(wider.near(fit.start))
-                chance[name] = float(chi2.logsf(gain[name], columns.shape[1])) + np.log(len(left))
+                chance[name] = _log_chance(gain[name], columns.shape[1]) + np.log(len(left))
             by_row = {}
-            for row in fit.rows if len(fit.rows) > _LEAST else ():
+            for row in fit.rows if len(fit.rows) > _KEPT * len(self.rows) else ():
                 alone = fit.near(fit.start, np.array([row]))
                 without = before - fit.cost(fit.near(fit.start, fit.rows[fit.rows != row]))
-                by_row[row] = float(chi2.logsf(without, alone.numbers)) + np.log(len(fit.rows))
+                by_row[row] = _log_chance(without, alone.numbers) + np.log(len(fit.rows))
             best, worst = (min(of, key=lambda key, of=of: of[key], default=None) for of in (chance, by_row))
             least = [0.0 if key is None else of[key] for key, of in ((best, chance), (worst, by_row))]
             if min(least) >= np.log(LEVEL):
@@ -220,9 +220,16 @@ class _Fit:
             near = self.near(theta)
             found = near.posterior(1.0, self.repeats, -u, np.ones(len(u)))
             theta, u = theta + self.G @ found.u, u + found.u
-            if np.abs(found.u).max() < _SETTLED:
+            if found.is_at_rest:
                 break
         return theta, found.covariance, float(chi2.sf(found.cost, near.numbers))
+
+
+def _log_chance(chi_square: float, freedom: int) -> float:
+    """Of as much or more; by the first term of the tail's series where doubles end."""
+    a, x = freedom / 2, chi_square / 2
+    tail = float(chi2.sf(chi_square, freedom))
+    return float(np.log(tail) if tail > 0 else (a - 1) * np.log(x) - x - gammaln(a))
 
 
 def suspects(cell: Cell, parameters: list[_core.Parameter]) -> Iterable[tuple[str, FloatArray]]:
