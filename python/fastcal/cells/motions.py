@@ -50,7 +50,9 @@ def carried(cell: Cell, X: FloatArray) -> Cell:
     return replace(
         cell,
         arms=tuple(
-            replace(arm, robot=arm.robot.with_(base=there(arm.robot.spec["base"]))) if arm.on == "world" else arm
+            replace(arm, robot=arm.robot.with_(base=there(vars(arm.robot.description.base))))
+            if arm.on == "world"
+            else arm
             for arm in cell.arms
         ),
         points=tuple(replace(of, place=there(of.place)) if of.on == "world" else of for of in cell.points),
