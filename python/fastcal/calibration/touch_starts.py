@@ -109,7 +109,7 @@ def _rigid(p: FloatArray, data: Dataset) -> FloatArray:
     Three whole points by the singular vectors of their moments (Arun, Huang and Blostein, 1987); else the origin's
     point, one on the x axis and one in the plane of x and y.
     """
-    x, source = np.full((len(data), 3), np.nan) if data.position is None else data.position, data.source
+    x, source = data.points, data.source
     whole = ~np.isnan(x).any(axis=1)
     if whole.sum() >= 3:
         a, b = p[whole], x[whole]

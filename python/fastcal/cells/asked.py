@@ -103,7 +103,9 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
     sigma[geometry] = (sizes or np.inf) * plausible[geometry[: len(plausible)]]
     sigma[~chosen] = np.inf
     none = np.zeros(len(unknowns))
-    return Priors(np.append(mean, none), np.append(sigma, known_within(cell, unknowns)), np.append(geometry, none > 0))
+    return Priors(
+        np.append(mean, none), np.append(sigma, known_within(cell, unknowns)), np.pad(geometry, (0, len(unknowns)))
+    )
 
 
 def _frames_between(core: _core.RobotModel, views: list[str]) -> set[int]:

@@ -31,6 +31,7 @@ from fastcal.cells.start import started
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.kinds import KindNoise
+from fastcal.monitoring.picture_check import NUMBERS
 from fastcal.robot.identified_spec import Solution
 from fastcal.robot.rig import pictures
 from fastcal.units import factor, from_si
@@ -38,7 +39,6 @@ from fastcal.units import factor, from_si
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-_OF_A_PICTURE = 6
 _ENOUGH = 10  # numbers a parameter: with more the geometry is left free without a look
 _HELD = "the geometry is held within {:.2g} plausible sizes of what the files say, as the readings make most likely"
 _WIDE = 3.0  # plausible sizes within which the geometry is held before the readings say how much
@@ -148,7 +148,8 @@ def calibrate_cell(
     places = rig_start(start, used)
     asked = asked_parameters(start, readings)
     few = _numbers_of(start, used) < _ENOUGH * len(asked)
-    sizes = _WIDE if few and not all(arm.of_poses for arm in start.arms) else None
+    has_joints = not all(arm.of_poses for arm in start.arms)
+    sizes = _WIDE if few and has_joints else None
     report("identifying")
     found = _identified(start, used, asked, places, sizes, loss, threads)
     measured = used.measured(start)
@@ -163,20 +164,22 @@ def calibrate_cell(
         solution, model = found, there(start, measured, found)
         noise = noise_of_axes(noise, weighed, by_axis)
     shared = None
-    if (sizes is not None or CORNERS in used.tables) and found.status == "converged":
+    if has_joints and (few or CORNERS in used.tables) and found.status == "converged":
         report("weighing what the joints repeat to")
         known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
         solution, shared = settled(start, weighed.pick(kept), found, known, threads)
         model = there(start, measured, solution)
-    own = len(start.model.start)
-    record = cell_record(solution, measured, found.parameters[:own], record_of(noise, shared), found.degrees_of_freedom)
-    seen_not = unseen_directions(found, [full_name(parameter) for parameter in found.parameters[:own]])
-    record = replace(record, moved=seen_not[0], directions=seen_not[1])
-    model = replace(model, records=way_records(model, readings, threads), record=record.to_spec())
+    model = replace(model, records=way_records(model, readings, threads))
+    names = [full_name(parameter) for parameter in found.parameters]
+    if found.status == "converged":
+        own = len(start.model.start)
+        kinds = record_of(noise, shared)
+        record = cell_record(solution, measured, found.parameters[:own], kinds, found.degrees_of_freedom)
+        unseen, directions = unseen_directions(found, names[:own])
+        model = replace(model, record=replace(record, moved=unseen, directions=directions).to_spec())
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
     before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))
-    names = [full_name(parameter) for parameter in found.parameters]
     return CellResult(
         cell=model,
         nominal=before,
@@ -232,7 +235,7 @@ def _numbers_of(cell: Cell, readings: Readings) -> int:
             out += 3 * int(known.all(axis=1).sum())
         elif name == CORNERS:
             seen = [known[:, 2 * of.start : 2 * of.stop].sum(axis=1) for of in pictures(cell).values()]
-            out += int(np.minimum(seen, _OF_A_PICTURE).sum())
+            out += int(np.minimum(seen, NUMBERS).sum())
         elif not name.startswith("sigma"):
             out += int(known.sum())
     return out

@@ -215,6 +215,7 @@ def _known_within(cell: Cell, members: list[Placement]) -> Cell:
         cell,
         arms=tuple(replace(of, known=found.get(of.name, of.known)) for of in cell.arms),
         points=tuple(replace(of, known=found.get(of.name, of.known)) for of in cell.points),
+        record=None,  # what was known of all together was with these members elsewhere
     )
 
 
