@@ -192,14 +192,19 @@ def scanned(effect: str, owner: str, robot: Robot, data: Dataset) -> list[Hypoth
         return []
 
 
+def _check_measured(effect: str, name: str, robot: Robot, data: Dataset) -> None:
+    """Raises InvalidInput where times, or an instrument that measures lengths, are what the data lack for an effect."""
+    if traits_of(effect).place == "instrument" and not measurements(data, robot).shows_scale:
+        raise InvalidInput(f"{effect} is of an instrument, and touches and turns have none that measures lengths")
+    if effect_has_moment(effect) and data.time is None:
+        raise InvalidInput(f"{name} needs the column time_s")
+
+
 def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """The variants of one effect and owner; InvalidInput where the data lack a column."""
     bare: Spec = {"effect": effect, "owner": owner}
     traits = traits_of(effect)
-    if traits.place == "instrument" and not measurements(data, robot).shows_scale:
-        raise InvalidInput(f"{effect} is of an instrument, and touches and turns have none that measures lengths")
-    if effect_has_moment(effect) and data.time is None:
-        raise InvalidInput(f"{label(bare)} needs the column time_s")
+    _check_measured(effect, label(bare), robot, data)
     if traits.searched:
         yield from _VARIANTS[traits.searched](bare, robot, data)
         return
