@@ -8,13 +8,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from sklearn.cluster import KMeans
 
-from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.inputs import Inputs, Scaling
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 WIDTHS = (0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
 CENTRES = 200
@@ -45,17 +48,17 @@ def kernel(x: FloatArray, centres: FloatArray, width: float, normalized: bool) -
     return np.asarray(K / K.sum(axis=1, keepdims=True) if normalized else K)
 
 
-def fit_grnn(problem: Problem, rows: Sequence[IndexArray], options: Options) -> list[KernelNetwork]:
+def fit_grnn(problem: Problem, rows: Sequence[IntArray], options: Options) -> list[KernelNetwork]:
     """Specht 1991: the mean of all training rows, weighted by nearness; the width of least error on a tenth of them."""
     return [_with_width(problem, own, options, normalized=True) for own in rows]
 
 
-def fit_rbf(problem: Problem, rows: Sequence[IndexArray], options: Options) -> list[KernelNetwork]:
+def fit_rbf(problem: Problem, rows: Sequence[IntArray], options: Options) -> list[KernelNetwork]:
     """Centres by k-means, weights by ridge regression; the width of least error on a tenth of the rows."""
     return [_with_width(problem, own, options, normalized=False) for own in rows]
 
 
-def _with_width(problem: Problem, own: IndexArray, options: Options, normalized: bool) -> KernelNetwork:
+def _with_width(problem: Problem, own: IntArray, options: Options, normalized: bool) -> KernelNetwork:
     order = np.random.default_rng((options.seed, 7)).permutation(own)
     judged, learnt = order[: max(1, len(own) // 10)], order[len(own) // 10 :]
     inputs = problem.inputs.select(judged)
@@ -66,7 +69,7 @@ def _with_width(problem: Problem, own: IndexArray, options: Options, normalized:
     return _network(problem, own, WIDTHS[int(np.argmin(errors))], normalized, options.seed)
 
 
-def _network(problem: Problem, own: IndexArray, width: float, normalized: bool, seed: int) -> KernelNetwork:
+def _network(problem: Problem, own: IntArray, width: float, normalized: bool, seed: int) -> KernelNetwork:
     inputs = problem.inputs.select(own)
     scaling = Scaling.of(inputs)
     x = scaling(inputs)

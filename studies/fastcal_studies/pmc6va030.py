@@ -15,7 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.diagnosis import scans
 from fastcal.diagnosis.problem import Noise, prepared_problem
@@ -30,7 +29,7 @@ from fastcal_studies.exhibits import DEG, MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
 from fastcal_studies.pmc6va030_page import WORLD_LINES
 from fastcal_studies.pmc6va030_page import page as page
-from fastcal_studies.simulated import WORLDS, Unmodelled, in_world, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
 from fastcal_studies.study import Paper, Run
 
 # Table 4, its first two columns under each other's heading.

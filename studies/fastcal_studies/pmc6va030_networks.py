@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.experts import AxisNetworks, Expert
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.device import one_thread
@@ -25,8 +25,10 @@ from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.networks.ca_somm import fit_ca_somm, found_split
 from fastcal_studies.networks.somm import BATCH, fit_somm
 from fastcal_studies.networks.somm import PAPER as PAPER_SIZES
-from fastcal_studies.simulated import left
+from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.study import Run
+
+IntArray = NDArray[np.intp]
 
 PLAIN = Architecture.plain((50, 50, 40, 30), "tanh")
 SCHEDULE = Schedule(epochs=200, batch=200, rate=1e-3)
@@ -34,7 +36,7 @@ SEARCHED, ENSEMBLE = 20, 3
 UNTRAINED = ("GB10", "GB30")
 
 
-def _stopped_early(problem: Problem, own: list[IndexArray], options: Options) -> list[AxisNetworks]:
+def _stopped_early(problem: Problem, own: list[IntArray], options: Options) -> list[AxisNetworks]:
     """SOMM-ANN as the text trains it: 50 epochs at most, until the training loss has not fallen for five of them."""
     found = []
     for axis, sizes in enumerate(PAPER_SIZES):

@@ -15,7 +15,6 @@ from functools import partial
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.simulation import random_poses
 from fastcal.compensation.commands import compensate
@@ -29,7 +28,7 @@ from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
 from fastcal_studies.siasun_sr210d_page import WORLD_LINES
 from fastcal_studies.siasun_sr210d_page import page as page
-from fastcal_studies.simulated import WORLDS, Unmodelled, in_world, joint_torques, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, joint_torques, left, measure
 from fastcal_studies.study import Paper, Run
 
 # Tables 3, 4 and 6; the coupling ratio error is in 6.1.

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.correction.joints import GaussianProcess
 from fastcal.measurements.dataset import Dataset
@@ -18,7 +17,7 @@ from fastcal.networks.options import Options
 from fastcal.networks.problem import problem_of
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
-from fastcal_studies.simulated import left
+from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.study import Run
 
 FOLDS = 2  # 50 rows are not regions enough for more

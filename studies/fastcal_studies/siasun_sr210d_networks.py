@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.correction.experts import Expert
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.device import one_thread
@@ -24,7 +23,7 @@ from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.networks.beetles import Swarm, antennae_search, michalewicz, swarm_search
 from fastcal_studies.networks.bso_mlp import ARCHITECTURE, BEETLES, SCHEDULE, fit_from_search
 from fastcal_studies.searches import Counted, Objective, bee_colony, genetic, particle_swarm
-from fastcal_studies.simulated import left
+from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.study import Run
 
 MINIMUM, CLOSE = -1.8013034, 1e-4

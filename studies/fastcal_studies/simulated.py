@@ -8,13 +8,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray
 from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.simulation import simulate
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
 
 WAVES = 3
 WORLDS = ("joints", "point", "links")

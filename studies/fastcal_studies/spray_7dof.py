@@ -14,7 +14,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.parameter_identifiability import redundancy
 from fastcal.calibration.regularization import regularized_least_squares
@@ -31,7 +30,7 @@ from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
-from fastcal_studies.simulated import WORLDS, Unmodelled, in_world, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
 from fastcal_studies.spray_7dof_page import page as page
 from fastcal_studies.study import Paper, Run
 

@@ -13,7 +13,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.payload_pairs import PairsResult, from_payload_pairs
 from fastcal.calibration.simulation import random_poses
@@ -27,7 +26,7 @@ from fastcal.selection.choose_parameters import choose_parameters
 from fastcal.units import to_si
 from fastcal_studies.exhibits import DEG, MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
-from fastcal_studies.simulated import WORLDS, Unmodelled, in_world, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
 from fastcal_studies.staubli_rx160l_page import page as page
 from fastcal_studies.study import Paper, Run
 

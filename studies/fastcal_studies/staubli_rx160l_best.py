@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import calibrate
 from fastcal.correction.joints import GaussianProcess
 from fastcal.measurements.dataset import Dataset
@@ -18,7 +17,7 @@ from fastcal.networks.options import Options
 from fastcal.networks.problem import problem_of
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import lengths_mm
-from fastcal_studies.simulated import left
+from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.staubli_rx160l_networks import SHOWN, lengths, load_adds, sizes
 from fastcal_studies.study import Run
 

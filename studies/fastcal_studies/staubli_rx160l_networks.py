@@ -9,7 +9,6 @@ from typing import Protocol
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.correction import Inputs
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.device import one_thread
@@ -21,7 +20,7 @@ from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.kernel_networks import fit_grnn, fit_rbf
 from fastcal_studies.networks.ga_dnn import FULL, Budget, search
-from fastcal_studies.simulated import left
+from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.staubli_rx160l_worlds import deep, plain
 from fastcal_studies.study import Run
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
 from fastcal.correction.experts import AxisNetworks
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.fitting import Schedule
@@ -24,7 +23,7 @@ from fastcal.networks.problem import Problem
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import lengths_mm
 from fastcal_studies.networks.ga_dnn import BATCH, EPOCHS, Network, split_rows
-from fastcal_studies.simulated import left
+from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.staubli_rx160l_tables import RATES
 
 LOOK = 20  # epochs between two looks at a training

@@ -9,10 +9,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
-from fastcal.arrays import FloatArray
 from fastcal.calibration.other_readings import other_readings, touching
 from fastcal.calibration.prediction import quaternions
 from fastcal.errors import InvalidInput
@@ -23,6 +22,8 @@ from fastcal.robot.loops import closed_within
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.robot_spec import content
 from fastcal.units import from_si
+
+FloatArray = NDArray[np.float64]
 
 _FEWEST_HITS = 1e-4  # of random postures that must lie in the region, or it is as good as out of reach
 

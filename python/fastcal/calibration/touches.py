@@ -23,7 +23,6 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from fastcal import _core
-from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.kind_noise import noise_by_kind, scaled
 from fastcal.errors import InvalidInput, Undetermined
@@ -35,6 +34,7 @@ from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import inverse, pose
 from fastcal.units import from_si, to_si
 
+FloatArray = NDArray[np.float64]
 What = Literal["tool", "base", "part"]
 
 MANY = 20  # readings from which on a few gross ones can be told from the others

@@ -8,12 +8,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.programs import Cell, Frames, Program
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
 
 
 class Places:

@@ -16,7 +16,7 @@ from fastcal.calibration.parallel import workers
 from fastcal.calibration.pictures import judged_pictures
 from fastcal.calibration.placed_test import placing_notes
 from fastcal.calibration.postures import check_postures, too_few_postures
-from fastcal.diagnosis import grading, rivals, robust_rows, suspect_columns, unexplained
+from fastcal.diagnosis import grading, rivals, rules, suspect_columns, unexplained
 from fastcal.diagnosis.branch_posture import unrecorded_branch
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.found import Found, verdict_of
@@ -104,7 +104,7 @@ def diagnose(
     robot, of_the_rig = found_rig_causes(robot, data, library.names, exclude, threads)
     with workers(threads):
         found = _found(robot, data, test, library, sigma, threads, notify)
-        for _ in range(robust_rows.MAX_REFITS):
+        for _ in range(rules.MAX_REFITS):
             gross = found.gross
             if not gross:
                 break

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.repeatability import posture_groups
 from fastcal.calibration.shrinkage import shrinkage
-from fastcal.diagnosis import robust_rows, rules, unexplained
+from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit, is_beyond_bounds
 from fastcal.diagnosis.held_out import REGIONS, STRETCHES, HeldOut, gain, positions
@@ -288,7 +288,7 @@ def _with(state: SearchNode, entries: list[Spec], problem: Problem) -> Model | N
     if not entries:
         at = state.fit if problem is state.fit.problem else fit(problem, state.names, state.fit)
         return bare(state if at is state.fit else SearchNode(at, state.family))
-    for _ in range(robust_rows.MAX_REFITS):
+    for _ in range(rules.MAX_REFITS):
         model = with_entries(state, entries, problem)
         if model is None:
             return None

@@ -16,7 +16,7 @@ import numpy as np
 
 from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.columns import unit_columns
-from fastcal.diagnosis import robust_rows, rules
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, Columns, blocks, columns_at
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.generic import Generic
@@ -100,7 +100,7 @@ class RichModel:
     def without_gross(self) -> RichModel:
         """At a fit that holds no row which is grossly wrong beside it."""
         out, gone = self, _NONE
-        for _ in range(robust_rows.MAX_REFITS):
+        for _ in range(rules.MAX_REFITS):
             if np.isin(out.left.gross, gone).all():
                 break
             gone, out = np.union1d(gone, out.left.gross), out.again(out.noise)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.columns import unit_columns, unit_products
-from fastcal.diagnosis import robust_rows, rules
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_out import HeldOut, folds, gain, is_better, lead, positions, squares, wins
@@ -272,7 +272,7 @@ def _with_profiles(state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
     moving = [p for p in profiles if np.ptp(q[:, place_of(p["owner"]).index]) > 0]
     curves = with_curvatures(state.fit, moving)
     at, problem = state.fit, state.fit.problem
-    for _ in range(robust_rows.MAX_REFITS):
+    for _ in range(rules.MAX_REFITS):
         found = _fitted(state, curves, problem, at)
         if found is None:
             return None

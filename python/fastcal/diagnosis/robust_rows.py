@@ -22,9 +22,6 @@ from fastcal.calibration.row_weights import huber
 from fastcal.calibration.tall import gram, inner, moved, over, single, summed, times
 from fastcal.diagnosis import rules
 
-# Fits of a rival, each on the rows that the one before reaches, at most. Numerical.
-MAX_REFITS = 3
-
 # Rounds of reweighting and of rejecting rows, each.
 NOISE_ROUNDS = 6
 # Sizes of a row from which on Huber's weights fall and Tukey's end [medians of a row]: the usual corners.

@@ -110,6 +110,8 @@ UNNAMED_LEAD = 3.0
 CHOSEN_AGAIN_ROWS = 400
 # Size of a row that a fit has not seen, from which on it is wrong whatever is missing [typical rows]: no fit holds it.
 GROSS_SIZE = 10.0
+# Fits of a rival, each on the rows that the one before reaches, at most. Numerical.
+MAX_REFITS = 3
 
 # --- Scans ------------------------------------------------------------------------------------------------------------
 # Chance that a scan of all moments, periods and lags comes upon something where nothing is missing. Level.

@@ -12,12 +12,13 @@ from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.ik.posture import SphericalWristArm
 from fastcal.units import from_si, to_si
 
+FloatArray = NDArray[np.float64]
 Frame = FloatArray | tuple[str | FloatArray, ...]  # a pose (4, 4), or a product of poses and of names of such
 Kind = Literal["pose", "joints"]
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray
-
+FloatArray = NDArray[np.float64]
 Objective = Callable[[FloatArray], FloatArray]  # (B, n) -> (B,), to be minimized
 
 

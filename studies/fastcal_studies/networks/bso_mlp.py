@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.experts import AxisNetworks
 from fastcal.networks.fitting import Schedule, loss
 from fastcal.networks.options import Options
@@ -18,6 +18,8 @@ from fastcal.networks.population import Architecture, Population
 from fastcal.networks.problem import Problem
 from fastcal_studies.networks.beetles import Swarm, swarm_search
 
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 Losses = Callable[[FloatArray], FloatArray]
 Search = Callable[[Losses, FloatArray, int], FloatArray]
 
@@ -29,7 +31,7 @@ SCHEDULE = Schedule(epochs=400, batch=0, rate=1e-2, decay=0.01)
 
 def fit_bso_mlp(
     problem: Problem,
-    rows: Sequence[IndexArray],
+    rows: Sequence[IntArray],
     options: Options,
     *,
     architecture: Architecture = ARCHITECTURE,
@@ -47,7 +49,7 @@ def swarm_of(swarm: Swarm) -> Search:
 
 def fit_from_search(
     problem: Problem,
-    rows: Sequence[IndexArray],
+    rows: Sequence[IntArray],
     options: Options,
     search: Search,
     *,
@@ -65,7 +67,7 @@ def fit_from_search(
 
 
 def searched_start(
-    problem: Problem, own: IndexArray, architecture: Architecture, search: Search, seed: int, device: torch.device
+    problem: Problem, own: IntArray, architecture: Architecture, search: Search, seed: int, device: torch.device
 ) -> torch.Tensor:
     """(size,) the numbers of the network that the search finds best on the given rows."""
     inputs = problem.robot.joint_count + 1

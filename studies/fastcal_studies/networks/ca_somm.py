@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.mixture import GaussianMixture
 
-from fastcal.arrays import IndexArray
 from fastcal.correction.experts import AXES, ClassifiedNetworks
 from fastcal.correction.inputs import Scaling
 from fastcal.correction.trees import Trees
@@ -25,6 +24,8 @@ from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
 from fastcal.networks.rivals import trees_of
 from fastcal_studies.networks.somm import AxisSizes, fit_somm, sizes_of
+
+IntArray = NDArray[np.intp]
 
 # V.B.3, (a) to (e); the log loss is (27).
 PAPER = {"max_depth": 3, "max_leaf_nodes": 60, "min_samples_leaf": 66, "learning_rate": 0.001, "max_iter": 300}
@@ -38,7 +39,7 @@ class Split(NamedTuple):
     axis: int
 
 
-def found_split(problem: Problem, own: IndexArray, seed: int = 0) -> Split:
+def found_split(problem: Problem, own: IntArray, seed: int = 0) -> Split:
     """Two heaps of the errors of the given rows; the classes of all rows by the same mixture."""
     values = problem.wanted
     best: tuple[float, GaussianMixture, int] | None = None
@@ -54,7 +55,7 @@ def found_split(problem: Problem, own: IndexArray, seed: int = 0) -> Split:
     return Split(mixture.predict(values[:, [axis]]) == upper, axis)
 
 
-def classifier_of(problem: Problem, own: IndexArray, classes: NDArray[np.bool_], scaling: Scaling, seed: int) -> Trees:
+def classifier_of(problem: Problem, own: IntArray, classes: NDArray[np.bool_], scaling: Scaling, seed: int) -> Trees:
     """Boosted trees, as the paper sets them, with both classes weighing the same; leaves shrink with few rows."""
     settings = PAPER | {"min_samples_leaf": max(2, min(int(PAPER["min_samples_leaf"]), len(own) // 12))}
     boosted = HistGradientBoostingClassifier(
@@ -64,13 +65,13 @@ def classifier_of(problem: Problem, own: IndexArray, classes: NDArray[np.bool_],
 
 
 def fit_ca_somm(
-    problem: Problem, rows: Sequence[IndexArray], options: Options, *, sizes: Sequence[AxisSizes] | None = None
+    problem: Problem, rows: Sequence[IntArray], options: Options, *, sizes: Sequence[AxisSizes] | None = None
 ) -> list[ClassifiedNetworks]:
     """For each set of rows a split, a classifier and two SOMM-ANN; what is noted is its rate on the other rows."""
     sizes = sizes_of(problem, options) if sizes is None else sizes
     scaling = Scaling.of(problem.inputs)
     splits = [found_split(problem, own, options.seed) for own in rows]
-    parts: list[IndexArray] = []
+    parts: list[IntArray] = []
     for own, split in zip(rows, splits, strict=True):
         for second in (False, True):
             part = own[split.classes[own] == second]

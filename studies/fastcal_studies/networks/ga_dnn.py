@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.experts import AxisNetworks
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.optimizers import RULES
@@ -24,6 +24,9 @@ from fastcal.networks.plain import train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem
 from fastcal_studies.networks.search import Candidate, losses_of, remembered, study_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 DEEPEST, NARROWEST, WIDEST = 12, 4, 32
 RATES = (3e-4, 3e-2)
@@ -73,7 +76,7 @@ def network_of(genes: FloatArray) -> Network:
 
 
 def fit_ga_dnn(
-    problem: Problem, rows: Sequence[IndexArray], options: Options, *, budget: Budget | None = None
+    problem: Problem, rows: Sequence[IntArray], options: Options, *, budget: Budget | None = None
 ) -> list[AxisNetworks]:
     """The network that the search finds best, trained at length on each set of rows."""
     best = search(problem, options, budget or (FULL if options.full else Budget()))
@@ -88,7 +91,7 @@ def fit_ga_dnn(
     return train_plain(problem, members, [problem.axes] * len(rows), learnt, schedule, options, validation=judged)[0]
 
 
-def split_rows(own: IndexArray, split: int, seed: int) -> tuple[IndexArray, IndexArray]:
+def split_rows(own: IntArray, split: int, seed: int) -> tuple[IntArray, IntArray]:
     """Training and validation rows of one of the splits."""
     order = np.random.default_rng((seed, 5, split)).permutation(own)
     count = max(1, round(SPLITS[split] * len(own)))

@@ -17,8 +17,8 @@ import joblib
 import numpy as np
 import optuna
 import optuna.storages.journal
+from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray, IndexArray
 from fastcal.errors import InvalidInput
 from fastcal.networks.device import one_thread
 from fastcal.networks.fitting import Schedule
@@ -26,6 +26,9 @@ from fastcal.networks.options import Options
 from fastcal.networks.plain import train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 BATCH = 25
 
@@ -48,8 +51,8 @@ class Candidate:
     rate: float
     rule: str
     axes: tuple[int, ...]
-    rows: IndexArray
-    validation: IndexArray
+    rows: IntArray
+    validation: IntArray
     seed: int
     decay: float = 0.0
 

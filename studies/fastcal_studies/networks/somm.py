@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 import optuna
+from numpy.typing import NDArray
 
-from fastcal.arrays import IndexArray
 from fastcal.correction.experts import AXES, AxisNetworks
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.options import Options
@@ -19,6 +19,8 @@ from fastcal.networks.plain import train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem
 from fastcal_studies.networks.search import Candidate, losses_of, study_of
+
+IntArray = NDArray[np.intp]
 
 
 class AxisSizes(NamedTuple):
@@ -41,7 +43,7 @@ DEEPEST = 6
 
 
 def fit_somm(
-    problem: Problem, rows: Sequence[IndexArray], options: Options, *, sizes: Sequence[AxisSizes] | None = None
+    problem: Problem, rows: Sequence[IntArray], options: Options, *, sizes: Sequence[AxisSizes] | None = None
 ) -> list[AxisNetworks]:
     """A network an axis for each set of rows; those of all sets train together.
 
