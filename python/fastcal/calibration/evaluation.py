@@ -173,7 +173,7 @@ def compared(
     another is NaN. A trained correction counts in points and turns.
     """
     T = robot.poses(data, threads=threads) if T is None else T
-    points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
+    points = T[:, :3, 3] - data.points
     numbers: dict[Kind, FloatArray] = {kind_named(POINTS): points[:, np.newaxis]}
     turns = None
     if data.rotation is not None:

@@ -34,13 +34,19 @@ def update(
     Twelve new poses do, before an instrument that was set up again, or a few pictures; what the model knows is kept as
     far as it holds.
     """
+    from fastcal.cli.cells import not_given, update_cell
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
     from fastcal.monitoring.update import update as updated
     from fastcal.report.monitoring_files import UPDATE_FILES, write_update
     from fastcal.report.summaries import summary
 
+    if is_cell(model):
+        only_of_arms = {"--as-read": (as_read, False), "--tracker": (tracker, None), **not_given(who)}
+        update_cell(model, data, corners, output, threads, page_language, only_of_arms)
+        return
     check_folder(output, UPDATE_FILES)
     robot = load_robot(model)
     if corners is not None:

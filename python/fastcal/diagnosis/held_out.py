@@ -75,8 +75,8 @@ def _regions(data: Dataset) -> NDArray[np.intp]:
     By points where all rows have one, else by joint positions, each in shares of its range.
     """
     at = data.q / np.maximum(np.ptp(data.q, axis=0), np.finfo(np.float64).tiny)
-    if data.position is not None and np.isfinite(data.position).all():
-        at = data.position
+    if np.isfinite(data.points).all():
+        at = data.points
     parts = [np.arange(len(data))]
     while len(parts) < rules.REGIONS and min(map(len, parts)) >= 2 * rules.MIN_REGION_ROWS:
         halves: list[NDArray[np.intp]] = []

@@ -48,10 +48,10 @@ def ur_spec(value: Mapping[str, Any], path: str | os.PathLike[str]) -> Spec:
         ParseError: An entry is missing or no number; the sentence names it.
     """
     top = Fields(dict(value), "", path)
-    fields = Fields(top.take("kinematics"), "kinematics", path)
+    fields = top.inner("kinematics")
     joints = []
     for link, name in zip(LINKS, JOINTS, strict=True):
-        entry = Fields(fields.take(link), f"kinematics.{link}", path)
+        entry = fields.inner(link)
         xyz = [units.from_si(entry.number(key), "mm") for key in _XYZ]
         rpy = [units.from_si(entry.number(key), "deg") for key in _RPY]
         entry.done()

@@ -73,8 +73,7 @@ class Belief:
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray]:
         """(3N, p) derivatives and (3N,) misfits of the rows."""
-        assert self.data.position is not None  # noqa: S101 - rows without a point are not in it
-        r = (self.data.position - self.robot.poses(self.data)[:, :3, 3]) / self.sigma
+        r = (self.data.points - self.robot.poses(self.data)[:, :3, 3]) / self.sigma
         return self.derivatives(self.data).reshape(-1, len(self.columns)), r.ravel()
 
     @cached_property

@@ -179,6 +179,11 @@ class Dataset(Shown):
             extra_labels={name: [labels[i] for i in chosen] for name, labels in self.extra_labels.items()},
         )
 
+    @property
+    def points(self) -> FloatArray:
+        """(N, 3) measured points [m], NaN where none was measured."""
+        return np.full((len(self), 3), np.nan) if self.position is None else self.position
+
     def without_points(self) -> Dataset:
         """The same without measured points."""
         return replace(self, position=None)
