@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.repeatability import posture_groups
-from fastcal.calibration.shrinkage import shrinkage
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit, is_beyond_bounds
+from fastcal.diagnosis.held_arm import holding
 from fastcal.diagnosis.held_out import REGIONS, STRETCHES, HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
@@ -167,18 +167,17 @@ def _holds_elsewhere(model: Model, found: Model) -> bool:
 
 def beside_plain(told: Told, written: Judged) -> Told:
     """What is told where a plain model is written: names that it has no part of are not in it."""
-    if written.holds_the_arm:  # what it leaves are the arm's own errors as well
-        gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names}
-        return Told(told.best, told.final, told.remains, gone | told.unsure)
     held = {name.key for name in written.model.state.names}
     held |= {(entry["effect"], entry["owner"]) for entry in written.model.profiles}
     gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names if n.key not in held}
+    if written.holds_the_arm:  # what it leaves are the arm's own errors as well
+        return Told(told.best, told.final, told.remains, gone | told.unsure)
     final = SearchNode(written.model.fit, told.best.family)
     return Told(told.best, final, unexplained.remains(final), gone | told.unsure)
 
 
 def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
-    """The plain models, those with the names first, by least squares where that differs; base and tool alone last.
+    """The plain models, those with the names first, by least squares where that differs; those that hold the arm last.
 
     Of many rows only those without the names, and of these by least squares the geometry alone: what differs is little.
     """
@@ -186,6 +185,7 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
     start, named = search.start, found.state
     richer = [] if start.suffices else list(_additions(rivals, curved=remains))
     few = len(start.fit.problem.rows) <= rules.CHOSEN_AGAIN_ROWS
+    size = rivals.arm_size
     states = [named, start] if few and named.names and not start.suffices else [start]
     for state in states:
         for entries in ([], *richer):
@@ -193,28 +193,29 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
             for problem, is_measured in _ways(state, tried, few=few):
                 if entries and is_measured and not few:
                     continue
-                model = _known(rivals, state, entries, problem) or _with(state, tried, problem)
-                if model is not None and model.profiles:
-                    model = rivals.with_what_helps(model)
+                if size is not None and state is start:
+                    model = _with_arm_held(state, tried, problem, size)
+                else:
+                    model = _known(rivals, state, entries, problem) or _with(state, tried, problem)
+                    model = rivals.with_what_helps(model) if model is not None and model.profiles else model
                 if model is not None:
                     one = judged(model, is_plain=True, by_least_squares=is_measured)
-                    yield replace(one, is_chosen=len(_laws(model.profiles)) < len(_laws(tried)))
-    for size in (_arm_size(start.fit.problem) if few else None, 0.0):
-        for problem, is_measured in _ways(start, [], few=few) if size is not None else ():
-            held = SearchNode(fit(replace(problem, arm_size=size), [], start.fit), start.family)
-            yield judged(bare(held), is_plain=True, by_least_squares=is_measured)
+                    chosen = not one.holds_the_arm and len(_laws(model.profiles)) < len(_laws(tried))
+                    yield replace(one, is_chosen=chosen)
+    for problem, is_measured in _ways(start, [], few=few):
+        model = bare(SearchNode(fit(replace(problem, arm_size=0.0), [], start.fit), start.family))
+        yield judged(model, is_plain=True, by_least_squares=is_measured)
+
+
+def _with_arm_held(start: SearchNode, entries: list[Spec], problem: Problem, size: float) -> Model | None:
+    """The geometry held near nominal with entries beside it, against what the geometry alone leaves, then they all."""
+    model = _with(start, entries, holding(problem, size, start.fit))
+    return None if model is None else _with(start, model.profiles, holding(problem, size, model.fit))
 
 
 def _laws(entries: Sequence[Spec]) -> list[Spec]:
     """Those that are no curves over a position: curves are also judged where their joints have not been."""
     return [entry for entry in entries if traits_of(entry["effect"]).role != "curve"]
-
-
-def _arm_size(problem: Problem) -> float | None:
-    """The arm's errors, as far as the rows say, in plausible sizes; None where they fix the geometry well without."""
-    start = problem.start.with_(loss="none")
-    held = shrinkage(start, start.identify())
-    return None if held is None else held.size
 
 
 def _known(rivals: Rivals, state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:
