@@ -132,13 +132,15 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     """The model that was found, or a plain one that predicts held-out rows clearly better.
 
     Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
-    something `remains` curves are tried too, and one standard error decides; else MIN_GAIN of them, and always for laws
-    of some joints: the best of many parts seems to gain one by chance.
+    something `remains` curves are tried too, and one standard error decides, as always for what only holds the arm: it
+    is simpler. Else MIN_GAIN of them, and always for laws of some joints: the best of many parts seems to gain one by
+    chance.
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
     plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
-    needed = {id(one): rules.MIN_GAIN if one.is_chosen else errors for one in plain}
+    simpler = {id(one): rules.MIN_RIVAL_GAIN for one in plain if one.holds_the_arm and not one.model.profiles}
+    needed = {id(one): rules.MIN_GAIN if one.is_chosen else errors for one in plain} | simpler
     better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
@@ -170,9 +172,10 @@ def beside_plain(told: Told, written: Judged) -> Told:
     held = {name.key for name in written.model.state.names}
     held |= {(entry["effect"], entry["owner"]) for entry in written.model.profiles}
     gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names if n.key not in held}
-    if written.holds_the_arm:  # what it leaves are the arm's own errors as well
-        return Told(told.best, told.final, told.remains, gone | told.unsure)
     final = SearchNode(written.model.fit, told.best.family)
+    if written.holds_the_arm:  # what it leaves are the arm's own errors as well
+        final = final if written.model.profiles else told.final
+        return Told(told.best, final, told.remains, gone | told.unsure)
     return Told(told.best, final, unexplained.remains(final), gone | told.unsure)
 
 
