@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.repeatability import posture_groups
-from fastcal.calibration.shrinkage import shrinkage
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit, is_beyond_bounds
+from fastcal.diagnosis.held_arm import holding
 from fastcal.diagnosis.held_out import REGIONS, STRETCHES, HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
@@ -132,13 +132,15 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     """The model that was found, or a plain one that predicts held-out rows clearly better.
 
     Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
-    something `remains` curves are tried too, and one standard error decides; else MIN_GAIN of them, and always for laws
-    of some joints: the best of many parts seems to gain one by chance.
+    something `remains` curves are tried too, and one standard error decides, as always for what only holds the arm: it
+    is simpler. Else MIN_GAIN of them, and always for laws of some joints: the best of many parts seems to gain one by
+    chance.
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
     plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
-    needed = {id(one): rules.MIN_GAIN if one.is_chosen else errors for one in plain}
+    simpler = {id(one): rules.MIN_RIVAL_GAIN for one in plain if one.holds_the_arm and not one.model.profiles}
+    needed = {id(one): rules.MIN_GAIN if one.is_chosen else errors for one in plain} | simpler
     better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
@@ -167,18 +169,18 @@ def _holds_elsewhere(model: Model, found: Model) -> bool:
 
 def beside_plain(told: Told, written: Judged) -> Told:
     """What is told where a plain model is written: names that it has no part of are not in it."""
-    if written.holds_the_arm:  # what it leaves are the arm's own errors as well
-        gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names}
-        return Told(told.best, told.final, told.remains, gone | told.unsure)
     held = {name.key for name in written.model.state.names}
     held |= {(entry["effect"], entry["owner"]) for entry in written.model.profiles}
     gone = {repr(n): Because(Reason.PLAIN_MODEL_PREDICTS) for n in told.best.names if n.key not in held}
     final = SearchNode(written.model.fit, told.best.family)
+    if written.holds_the_arm:  # what it leaves are the arm's own errors as well
+        final = final if written.model.profiles else told.final
+        return Told(told.best, final, told.remains, gone | told.unsure)
     return Told(told.best, final, unexplained.remains(final), gone | told.unsure)
 
 
 def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
-    """The plain models, those with the names first, by least squares where that differs; base and tool alone last.
+    """The plain models, those with the names first, by least squares where that differs; those that hold the arm last.
 
     Of many rows only those without the names, and of these by least squares the geometry alone: what differs is little.
     """
@@ -186,6 +188,7 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
     start, named = search.start, found.state
     richer = [] if start.suffices else list(_additions(rivals, curved=remains))
     few = len(start.fit.problem.rows) <= rules.CHOSEN_AGAIN_ROWS
+    size = rivals.arm_size
     states = [named, start] if few and named.names and not start.suffices else [start]
     for state in states:
         for entries in ([], *richer):
@@ -193,28 +196,29 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
             for problem, is_measured in _ways(state, tried, few=few):
                 if entries and is_measured and not few:
                     continue
-                model = _known(rivals, state, entries, problem) or _with(state, tried, problem)
-                if model is not None and model.profiles:
-                    model = rivals.with_what_helps(model)
+                if size is not None and state is start:
+                    model = _with_arm_held(state, tried, problem, size)
+                else:
+                    model = _known(rivals, state, entries, problem) or _with(state, tried, problem)
+                    model = rivals.with_what_helps(model) if model is not None and model.profiles else model
                 if model is not None:
                     one = judged(model, is_plain=True, by_least_squares=is_measured)
-                    yield replace(one, is_chosen=len(_laws(model.profiles)) < len(_laws(tried)))
-    for size in (_arm_size(start.fit.problem) if few else None, 0.0):
-        for problem, is_measured in _ways(start, [], few=few) if size is not None else ():
-            held = SearchNode(fit(replace(problem, arm_size=size), [], start.fit), start.family)
-            yield judged(bare(held), is_plain=True, by_least_squares=is_measured)
+                    chosen = not one.holds_the_arm and len(_laws(model.profiles)) < len(_laws(tried))
+                    yield replace(one, is_chosen=chosen)
+    for problem, is_measured in _ways(start, [], few=few):
+        model = bare(SearchNode(fit(replace(problem, arm_size=0.0), [], start.fit), start.family))
+        yield judged(model, is_plain=True, by_least_squares=is_measured)
+
+
+def _with_arm_held(start: SearchNode, entries: list[Spec], problem: Problem, size: float) -> Model | None:
+    """The geometry held near nominal with entries beside it, against what the geometry alone leaves, then they all."""
+    model = _with(start, entries, holding(problem, size, start.fit))
+    return None if model is None else _with(start, model.profiles, holding(problem, size, model.fit))
 
 
 def _laws(entries: Sequence[Spec]) -> list[Spec]:
     """Those that are no curves over a position: curves are also judged where their joints have not been."""
     return [entry for entry in entries if traits_of(entry["effect"]).role != "curve"]
-
-
-def _arm_size(problem: Problem) -> float | None:
-    """The arm's errors, as far as the rows say, in plausible sizes; None where they fix the geometry well without."""
-    start = problem.start.with_(loss="none")
-    held = shrinkage(start, start.identify())
-    return None if held is None else held.size
 
 
 def _known(rivals: Rivals, state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:

@@ -20,6 +20,7 @@ from fastcal.calibration.columns import unit_columns, unit_products
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.held_arm import arm_size, holding
 from fastcal.diagnosis.held_out import HeldOut, folds, gain, is_better, lead, positions, squares, wins
 from fastcal.diagnosis.library import Hypothesis, without_masses
 from fastcal.diagnosis.noise import left_out
@@ -119,7 +120,7 @@ class Rivals:
                 plain = plain if rival.profiles else rival
         if chosen.profiles:
             fewer = self.with_what_helps(chosen)
-            if fewer.profiles and _holds_elsewhere(fewer, plain) and leads(fewer, plain):
+            if fewer.profiles and _holds_elsewhere(fewer, plain) and leads(fewer, plain) and self._leads_held(fewer):
                 return _finer(fewer)
             plain = plain if fewer.profiles else fewer
         if all(name in best.names for name in plain.state.names):
@@ -171,6 +172,19 @@ class Rivals:
     def is_known(self, state: SearchNode, profiles: Sequence[Spec]) -> bool:
         """Was this fitted already?"""
         return _key(state, profiles) in self.fitted
+
+    @cached_property
+    def arm_size(self) -> float | None:
+        """`held_arm.arm_size`; None for many rows as well."""
+        problem = self.search.problem
+        return arm_size(problem) if len(problem.rows) <= rules.CHOSEN_AGAIN_ROWS else None
+
+    def _leads_held(self, model: Model) -> bool:
+        """Does a model lead the geometry held near nominal as well, where the rows do not fix that?"""
+        if self.arm_size is None:
+            return True
+        start, held = self.search.start, holding(self.search.problem, self.arm_size, self.search.start.fit)
+        return leads(model, bare(SearchNode(fit(held, [], start.fit), start.family)))
 
     @property
     def names_are_hopeless(self) -> bool:

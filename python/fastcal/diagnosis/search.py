@@ -233,9 +233,18 @@ class Search:
                 [c for k, c in enumerate(ranked) if k < BEAM_WIDTH or c.bic < ranked[0].bic + rules.DECISIVE_BIC]
             )
             self.notify(said("{count} effects: {effects}", count=len(levels) - 1, effects=", ".join(ranked[0].key)))
+        return self._with_last_sets(levels)
+
+    def _with_last_sets(self, levels: list[list[SearchNode]]) -> list[list[SearchNode]]:
+        """Larger sets where none suffices, and all joints that yield where several names do.
+
+        Of joints that all yield the first to be found is often a link that bends, and what comes next makes up for it.
+        """
+        likeliest = min(levels[-1], key=lambda s: s.bic)
         if len(levels) > self.most and not any(state.suffices for state in levels[-1]):
-            seeds = [min(levels[-1], key=lambda s: s.bic), *self.yielding_joints()]
-            levels.append([self.grown_on(seed) for seed in seeds])
+            return [*levels, [self.grown_on(seed) for seed in (likeliest, *self.yielding_joints())]]
+        if sum(map(_yields, likeliest.names)) > 1:
+            return [*levels[:-1], [*levels[-1], *self.yielding_joints()]]
         return levels
 
     def explains_little(self, state: SearchNode) -> bool:
@@ -405,7 +414,12 @@ class Search:
 
     def _loads_are_guessed(self, *names: Hypothesis) -> bool:
         """Do names yield to loads in data of one payload? If it did vary, what it did stays significant beside any."""
-        return not np.ptp(self.problem.data.payload) and all(not _LOADS.isdisjoint(n.traits.depends_on) for n in names)
+        return not np.ptp(self.problem.data.payload) and all(map(_yields, names))
+
+
+def _yields(name: Hypothesis) -> bool:
+    """Does a name yield to loads?"""
+    return not _LOADS.isdisjoint(name.traits.depends_on)
 
 
 def _exchanges(state: SearchNode, best: SearchNode, member: Hypothesis) -> bool:

@@ -16,12 +16,15 @@ import pytest
 from fastcal import Robot, calibrate, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import Diagnosis, diagnose, plain_models
 from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.held_arm import holding
 from fastcal.diagnosis.held_out import HeldOut
-from fastcal.diagnosis.plain_models import best_of_all, judged
+from fastcal.diagnosis.library import build_library
+from fastcal.diagnosis.plain_models import beside_plain, best_of_all, judged
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Reason
-from fastcal.diagnosis.rivals import Rivals, bare
+from fastcal.diagnosis.rivals import Rivals, bare, with_entries
 from fastcal.diagnosis.search import Search
+from fastcal.diagnosis.sure_names import Told
 from fastcal.measurements.dataset import Dataset
 from fastcal.report.diagnosis_steps import next_steps
 
@@ -214,3 +217,55 @@ def test_one_joint_whose_curve_goes_astray_decides_nothing(gains: list[tuple[flo
         mock.patch.object(plain_models, "gain", side_effect=gains),
     ):
         assert plain_models._holds_elsewhere(model, found) is holds
+
+
+def beside_an_elevation(rows: int, seed: int) -> Dataset:
+    """Rows of an arm whose joint 3 yields, before an instrument whose elevation is off by a wave of 1 mm."""
+    soft = {"effect": "joint_compliance", "owner": "joint3", "parameters": {"compliance_rad_nm": 1e-6}}
+    true = Robot(dict(perturbed(load_robot("staubli_rx160l"), seed=2).spec) | {"effects": [soft]})
+    q = random_poses(true, rows, seed=seed)
+    seen = simulate(true, Dataset.from_arrays(q, robot=true, payload=np.full(rows, 10.0)), noise=NOISE, seed=seed)
+    point = np.array(seen.position)
+    elevation = np.arctan2(point[:, 2], np.hypot(point[:, 0] - 3.0, point[:, 1]))
+    point[:, 2] += 1e-3 * np.sin(3 * elevation + 0.5)
+    return Dataset.from_arrays(q, robot=true, payload=seen.payload, position=point)
+
+
+def test_the_geometry_of_few_rows_is_held_against_what_is_missing() -> None:
+    """25 rows of an error that no name explains: a free fit reads it into the geometry."""
+    robot, data, other = load_robot("staubli_rx160l"), beside_an_elevation(25, 2), beside_an_elevation(200, 52)
+    found = diagnose(robot, data)
+    assert found.plain is not None
+    assert found.plain.startswith("the geometry alone, held near nominal")
+    written, free = found.model, found.steps[0].model
+    place = np.asarray(other.position)
+    off = [np.linalg.norm(np.asarray(m.poses(other)[:, :3, 3]) - place, axis=1) for m in (written, free)]
+    assert np.sqrt(np.mean(off[0] ** 2)) < 0.97 * np.sqrt(np.mean(off[1] ** 2))
+
+
+def test_what_holds_the_arm_weighs_against_what_the_last_fit_leaves() -> None:
+    data = beside_an_elevation(25, 2)
+    problem = prepared_problem(load_robot("staubli_rx160l"), data, [], Noise((NOISE, 1e-4, NOISE)), 1)
+    free = fit(problem, [])
+    held = holding(problem, 0.5, free)
+    assert held.arm_size == 0.5
+    assert held.noise.factor == pytest.approx(np.sqrt(free.remaining / free.freedom))
+    assert held.noise.factor > 2
+    calm = replace(problem, noise=replace(problem.noise, factor=1e3))
+    assert holding(calm, 0.5, fit(calm, [])).noise.factor == 1e3  # no less than the instrument's own
+
+
+def test_laws_beside_an_arm_that_is_held_are_told_of() -> None:
+    """What the page draws of them is their fit: that of the names alone has none."""
+    data = beside_an_elevation(25, 2)
+    robot = load_robot("staubli_rx160l")
+    problem = prepared_problem(robot, data, build_library(robot, data).names, Noise((NOISE, 1e-4, NOISE)), 1)
+    search = Search(problem)
+    soft, ratio = (n for n in problem.names if n.key in {("joint_compliance", "joint3"), ("reduction_ratio", "joint2")})
+    best = search.state([soft, ratio], search.start)
+    model = with_entries(search.start, [soft.entry], holding(problem, 0.5, search.start.fit))
+    assert model is not None
+    told = beside_plain(Told(best, best, True, {}), judged(model, is_plain=True))
+    assert told.final.fit is model.fit
+    assert told.remains
+    assert set(told.unsure) == {repr(ratio)}
