@@ -22,7 +22,7 @@ from fastcal_studies.exhibits import (
     terms_table,
     worlds_section,
 )
-from fastcal_studies.siasun_sr210d_networks_page import by_rows, networks, no_networks, numbered, scaled
+from fastcal_studies.siasun_sr210d_networks_page import STARTS, by_rows, networks, no_networks, numbered, scaled
 from fastcal_studies.siasun_sr210d_tables import COUPLING, FLEXIBILITY, RATIOS, TERMS
 from fastcal_studies.study import Run
 
@@ -80,7 +80,7 @@ def page(runs: Sequence[Run]) -> Page:
         sections.append(worlds_section(runs, "mean error of 200 poses not learnt", WORLD_LINES))
     remarks = [_what_remains(runs)]
     if trained:
-        bso, same = (spread(runs, "networks", key, "unseen", "mean").median for key in ("bso", "random"))
+        random, bso, pso, ga, abc = (f"{spread(runs, 'networks', key, 'unseen', 'mean').median:.3f}" for key in STARTS)
         best, frictional = (spread(runs, "networks", key, "unseen", "mean").median for key in ("best", "by_current"))
         remarks.append(
             f"Motor currents carry friction. Behind the same model with compliances by current, the paper's, the same "
@@ -88,8 +88,9 @@ def page(runs: Sequence[Run]) -> Page:
             f"{TRACKER_MM:.3f} mm."
         )
         remarks.append(
-            f"The beetle swarm's start leaves {bso:.3f} mm on unseen poses, the same network from a random start "
-            f"{same:.3f} mm; it helps more that the arm's Jacobian maps joint errors to points (fastcal's mlp, gp)."
+            f"From a random start the network leaves {random} mm on unseen poses, from the beetle swarm's {bso} mm, "
+            f"from those of PSO, GA and ABC with as many evaluations {pso}, {ga} and {abc} mm: that there is a search "
+            "counts, not which. It helps more that the arm's Jacobian maps joint errors to points (fastcal's mlp, gp)."
         )
     return Page(headlines, sections, remarks)
 

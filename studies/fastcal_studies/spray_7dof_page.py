@@ -38,7 +38,7 @@ WAYS = {
     "without": ("the same without gravity", "before"),
     "damped": ("kept, damped", "best"),
     "kept": ("kept", "0"),
-    "kept_without": ("kept, without gravity", "1"),
+    "kept_without": ("kept, undamped, without gravity", "1"),
 }
 METHODS = {"levenberg": "damped (levenberg)", "truncated": "singular values cut off (truncated)"}
 USED = ("used", "unseen")
@@ -96,6 +96,7 @@ def _errors(runs: Sequence[Run]) -> Section:
     left = [
         Series(name, list(range(len(runs[0]["left"][key]))), runs[0]["left"][key], role)
         for key, (name, role) in WAYS.items()
+        if key != "kept"
     ]
     wild = [run["steps"]["kept"][0] for run in runs]
     return Section(
@@ -118,8 +119,9 @@ def _errors(runs: Sequence[Run]) -> Section:
                   "The deflection adds second-order terms that make null directions look identifiable. Of each arm the "
                   "first step is shown: behind it there is no arm left to linearize.", logarithmic=True),
             Chart("Convergence", "what is left of the 150 poses, the first arm", "steps taken", "RMS (mm)", left,
-                  "Until no error changes by more than 1e-7 m or rad: with gravity in the model "
-                  f"{_rounds(runs, 'removed')} steps, without it {_rounds(runs, 'without')}.",
+                  f"Until no error changes by more than 1e-7 m or rad: {_rounds(runs, 'removed')} steps with gravity, "
+                  f"{_rounds(runs, 'without')} without it, {_rounds(runs, 'damped')} with the redundant errors damped. "
+                  "With gravity and all errors kept, undamped, the first step leaves no arm: figure 11.",
                   logarithmic=True),
             *_paths(runs),
         ],
@@ -165,8 +167,8 @@ def _paths(runs: Sequence[Run]) -> list[Exhibit]:
             "all errors kept: strength by generalized cross-validation, and by what is expected",
             ("", "numbers used", "100 poses not fitted, RMS (mm)"),
             rows,
-            "Linearized where the errors that can be identified fit the rows. Cross-validation trusts the linear "
-            "model, in which null directions explain something.",
+            "Linearized where the errors that can be identified fit the rows. Cross-validation judges the linear "
+            "model, in which null directions seem to explain rows.",
         )
     )
     return out
