@@ -22,7 +22,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_name
 from fastcal.robot.robot import Robot
 from fastcal.surrogate import AddedSurrogate, Thresholds, add_surrogate, formulas
-from fastcal.surrogate.candidates import SLOW
+from fastcal.surrogate.candidates import SLOW, posture_inputs
 
 # Surrogates at most.
 MAX_SURROGATES = 3
@@ -84,21 +84,24 @@ def surrogate_of(
 ) -> AddedSurrogate | None:
     """What a model leaves of rows that it reaches, as surrogates; arguments as `with_surrogate`'s.
 
-    None for pictures: corners of one err together, and curves would be drawn through that. Nor where the rows are a
-    grid of few positions of each joint: rows held out repeat those that are learnt, and none shows what is between.
-    `folds` (N,) are those of `add_surrogate`, over all rows.
+    None for pictures: corners of one err together, and curves would be drawn through that. None of the posture where
+    the rows are a grid of few positions of each joint: rows held out repeat those that are learnt, and none shows what
+    is between. `folds` (N,) are those of `add_surrogate`, over all rows.
     """
     problem = fit.problem
-    data, noise = without_scales(problem)
-    if problem.repeatability is not None or not _shows_between(data):
+    if problem.repeatability is not None:
         return None
+    data, noise = without_scales(problem)
+    exclude = SLOW if problem.noise.memory > 0 and not drifts else frozenset()  # a memory is such a curve too
+    if not _shows_between(data):
+        exclude |= posture_inputs(data.q.shape[1])
     return add_surrogate(
         model,
         data.select(reached),
         noise=noise,
         thresholds=thresholds(),
         unknowns=np.concatenate([np.zeros(0), *(fit.unknowns | given_rig(model, data)).values()]),
-        exclude=SLOW if problem.noise.memory > 0 and not drifts else frozenset(),  # a memory is such a curve too
+        exclude=exclude,
         folds=[fold[reached] for fold in folds],
         threads=threads,
     )

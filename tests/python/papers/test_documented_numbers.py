@@ -157,6 +157,27 @@ LINES: list[tuple[str, str, list[tuple[str, str, str, str]]]] = [
 ]
 
 
+def diagnosed_row(name: str, runs: list[dict[str, Any]]) -> str:
+    """The line of the table of diagnoses: arms, answers, what is left over the best plain, names by what they claim."""
+    over = sorted(run["after_mm"] / run["plain_mm"] for run in runs if run["after_mm"] is not None)
+    middle = (over[(len(over) - 1) // 2] + over[len(over) // 2]) / 2
+    names = [(one["grade"], one["told"]) for run in runs for one in run["names"]]
+    claimed = [sum(grade != "C" and told == what for grade, told in names) for what in ("right", "wrong")]
+    doubtful = [sum(grade == "C" and told == what for grade, told in names) for what in ("right", "open")]
+    cells = (name, f"{len(over)} of {len(runs)}", f"{middle:.2f} ({over[-1]:.2f})", sum(x > 1.05 for x in over))
+    return f"| {' | '.join(map(str, (*cells, *claimed, *doubtful)))} |"
+
+
+STUDIES = {"siasun_sr210d": "SR210D", "kuka_kr500": "KR500", "pmc6va030": "PMC", "staubli_rx160l": "RX160L"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_table_of_diagnoses_is_that_of_the_record(name: str) -> None:
+    runs = read_json(ROOT / "bench" / "papers" / "diagnosed.json")["arms"][name]
+    assert [run["seed"] for run in runs] == list(range(len(runs)))
+    assert diagnosed_row(STUDIES.get(name, "spray"), runs) in (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
+
+
 WORLDS = ("waves of the joints", "waves of the point in the base's axes", "waves of the links' tilt and length")
 THREE_WORLDS = [
     (
