@@ -109,9 +109,8 @@ def networks(runs: Sequence[Run]) -> Section:
 
 def _converging(number: str, title: str, value: str, curves: Mapping[str, Run], note: str) -> Chart:
     """The best value by evaluations of each search."""
-    series = [
-        Series(name, curve["evaluations"], curve["values"], str(k)) for k, (name, curve) in enumerate(curves.items())
-    ]
+    roles = {name: str(k) for k, name in enumerate(SECONDS)}  # the same colour in each chart
+    series = [Series(name, curve["evaluations"], curve["values"], roles[name]) for name, curve in curves.items()]
     return Chart(number, title, "evaluations", value, series, note, logarithmic=True)
 
 
