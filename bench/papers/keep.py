@@ -19,7 +19,8 @@ def rounded(value: Any) -> Any:
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-content = read_json(Path(sys.argv[1]) / "paper.json")
-content.pop("runs")
-text = json.dumps(rounded(content), ensure_ascii=False, separators=(",", ":")).replace('{"number"', '\n{"number"')
-(Path(__file__).parent / f"{content['paper']['name']}.json").write_text(text + "\n", encoding="utf-8")
+if __name__ == "__main__":
+    content = read_json(Path(sys.argv[1]) / "paper.json")
+    content.pop("runs")
+    text = json.dumps(rounded(content), ensure_ascii=False, separators=(",", ":")).replace('{"number"', '\n{"number"')
+    (Path(__file__).parent / f"{content['paper']['name']}.json").write_text(text + "\n", encoding="utf-8")

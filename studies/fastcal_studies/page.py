@@ -145,6 +145,7 @@ def _chart(exhibit: Mapping[str, Any], place: str) -> Figure:
         key.append(Key(series["name"], colour, {"bars": "solid", "points": "point"}.get(mark, dash)))
     scale = {"type": "log", "exponentformat": "power"} if exhibit["logarithmic"] else {"rangemode": "tozero"}
     drawn = figures.layout(exhibit["x"], exhibit["y"], yaxis=scale, barmode="group", bargap=0.1)
-    alt = f"{exhibit['number']} of the paper: {exhibit['title']}; {exhibit['y']} against {exhibit['x']}."
+    of_paper = " of the paper" if exhibit["number"].startswith("Figure") else ""
+    alt = f"{exhibit['number']}{of_paper}: {exhibit['title']}; {exhibit['y']} against {exhibit['x']}."
     title = f"{exhibit['number']}: {exhibit['title']}"
     return Figure(place, title, alt, traces, drawn, exhibit["note"], columns=6, height=330, key=key)

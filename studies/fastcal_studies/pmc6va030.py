@@ -197,7 +197,9 @@ def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
     loads = np.random.default_rng((seed, 9)).permutation(np.array(BLOCKS_KG))
     count = len(q) * 2 // 3
     data = measured(true, q[:count], np.sort(loads[:TRAINED_LOADS]), outside, 10 * seed + 1)
-    return nominal, data, measured(true, q[count:], np.sort(loads[TRAINED_LOADS:]), outside, 10 * seed + 5), true
+    test = measured(true, q[count:], np.sort(loads[TRAINED_LOADS:]), outside, 10 * seed + 5)
+    slack = {"effect": JUMP, "owner": "joint1<-joint2", "at_deg": LEAN / DEG, "parameters": {"gap_rad": 2 * GAP}}
+    return nominal, data, test, true.with_(effects=[*true.spec["effects"], slack])
 
 
 def with_slack(nominal: Robot, data: Dataset) -> tuple[Robot, CalibrationResult]:

@@ -20,12 +20,13 @@ _MUTATED, _TIRED = 0.2, 20
 
 
 class Counted:
-    """An objective that counts its evaluations, keeps the best place, and notes when it first gets below a target."""
+    """An objective that counts its evaluations, keeps the best place, its course, and when it first met a target."""
 
     def __init__(self, f: Objective, target: float = -np.inf) -> None:
         self._f, self._target = f, target
         self.evaluations, self.value, self.x = 0, np.inf, np.empty(0)
         self.reached: int | None = None
+        self._course: list[tuple[int, float]] = []
 
     def __call__(self, x: FloatArray) -> FloatArray:
         """Values (B,) at x (B, n)."""
@@ -37,7 +38,13 @@ class Counted:
         if self.reached is None and len(below):
             self.reached = self.evaluations + int(below[0]) + 1
         self.evaluations += len(x)
+        self._course.append((self.evaluations, self.value))
         return values
+
+    def best_by(self, evaluations: FloatArray) -> FloatArray:
+        """(K,) the least value found within as many evaluations (K,); in its first batch, that batch's."""
+        after, best = np.array(self._course).T
+        return np.asarray(best[np.maximum(np.searchsorted(after, evaluations, side="right") - 1, 0)])
 
 
 def particle_swarm(f: Counted, starts: FloatArray, evaluations: int, seed: int) -> None:

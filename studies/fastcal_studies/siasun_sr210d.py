@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
+from fastcal.calibration.motor_currents import motor_currents
 from fastcal.calibration.simulation import random_poses
 from fastcal.compensation.commands import compensate
 from fastcal.conversion import convert
@@ -28,7 +29,7 @@ from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
 from fastcal_studies.siasun_sr210d_page import WORLD_LINES
 from fastcal_studies.siasun_sr210d_page import page as page
-from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, joint_torques, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
 from fastcal_studies.study import Paper, Run
 
 # Tables 3, 4 and 6; the coupling ratio error is in 6.1.
@@ -113,9 +114,8 @@ def poses(robot: Robot, count: int, seed: int) -> FloatArray:
 def measured(true: Robot, outside: Unmodelled, q: FloatArray, load: float, seed: int) -> Dataset:
     """Points and motor currents of the true arm at the commands q (N, 6)."""
     sent = Dataset.from_arrays(q, payload=np.full(len(q), load))
-    torques = joint_torques(true, sent)
     signs = np.where(np.array(FLEXIBILITY_RAD_A) < 0, -1.0, 1.0)
-    current = signs * torques / TORQUE_PER_AMPERE
+    current = motor_currents(true, sent, signs * TORQUE_PER_AMPERE)
     side = np.random.default_rng((seed, 5)).choice([-1.0, 1.0], current.shape)
     data = measure(true, sent, outside, to_si(NOISE_MM, "mm"), seed)
     return replace(data, current=current + FRICTION * np.abs(current).max(axis=0) * side)

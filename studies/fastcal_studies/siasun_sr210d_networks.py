@@ -28,6 +28,8 @@ from fastcal_studies.study import Run
 
 MINIMUM, CLOSE = -1.8013034, 1e-4
 EVALUATIONS, REPEATS, BEETLES_ALONE = 3000, 20, 20
+DRAWN = 30  # points of a curve of convergence
+DIGITS = 1e-7  # of MINIMUM
 ENSEMBLE = 3
 Search = Callable[[Counted, FloatArray, int, int], None]
 
@@ -66,14 +68,15 @@ def networks(
     own = [np.arange(len(problem))]
     budget = (3 if full else 1) * BEETLES * 121
     rows = [np.arange(len(ours))] * ENSEMBLE
+    starts: Run = {}
+
+    def begun(name: str) -> list[Expert]:
+        return [*fit_from_search(problem, own, options, partial(_drawn, SEARCHES[name], budget, starts, name))]
+
     with one_thread():
         fitted: dict[str, tuple[Problem, list[Expert]]] = {
             "random": (problem, [*fit_plain(problem, own, options, architecture=ARCHITECTURE, schedule=SCHEDULE)]),
-            **{
-                name.lower(): (problem, [*fit_from_search(problem, own, options, partial(_found, search, budget))])
-                for name, search in SEARCHES.items()
-                if name != "BAS"
-            },
+            **{name.lower(): (problem, begun(name)) for name in SEARCHES if name != "BAS"},
             "mlp": (problem, [*fit_mlp(problem, [own[0]] * ENSEMBLE, options)]),
             "bso_ours": (ours, [*fit_from_search(ours, rows[:1], options, partial(_found, _beetle_swarm, budget))]),
             "best_mlp": (ours, [*fit_mlp(ours, rows, options)]),
@@ -94,7 +97,7 @@ def networks(
                 out[name][f"{part}_by_pose"] = [float(x) for x in np.linalg.norm(errors, axis=1) / MM]
         out["before"][f"{part}_by_pose"] = [float(x) for x in np.linalg.norm(left(stiff, data), axis=1) / MM]
     axes = {axis: [float(x) for x in column] for axis, column in zip("XYZ", left(stiff, learnt).T / MM, strict=True)}
-    return {"networks": out, "axes": axes, "searches": searches(seed)}
+    return {"networks": out, "axes": axes, "searches": searches(seed), "starts": starts}
 
 
 def compared(stiff: Robot, best: Robot, learnt: Dataset, unseen: Dataset, seed: int, full: bool) -> Run:
@@ -130,16 +133,43 @@ def _found(search: Search, evaluations: int, losses: Objective, starts: FloatArr
     return counted.x
 
 
-def searches(seed: int) -> dict[str, dict[str, float | None]]:
-    """Table 2 without its clock: how often, and after how many evaluations, each gets within CLOSE of the minimum."""
-    out: dict[str, dict[str, float | None]] = {}
+def _drawn(
+    search: Search, evaluations: int, curves: Run, name: str, losses: Objective, starts: FloatArray, seed: int
+) -> FloatArray:
+    """`_found`, with the least loss by evaluations among the curves."""
+    counted = Counted(losses)
+    search(counted, starts, evaluations, seed)
+    curves[name] = _curve(evaluations, counted.best_by(_by(evaluations)))
+    return counted.x
+
+
+def _by(evaluations: int) -> FloatArray:
+    """(DRAWN,) numbers of evaluations up to all."""
+    return np.linspace(evaluations / DRAWN, evaluations, DRAWN).round()
+
+
+def _curve(evaluations: int, values: FloatArray) -> dict[str, list[float]]:
+    return {"evaluations": _by(evaluations).tolist(), "values": values.tolist()}
+
+
+def searches(seed: int) -> dict[str, Run]:
+    """Table 2 without its clock: how often, and after how many evaluations, each gets within CLOSE of the minimum.
+
+    And `curve`: how far the best value is above the minimum by evaluations, the median of the starts.
+    """
+    out: dict[str, Run] = {}
     for name, search in SEARCHES.items():
-        reached = []
+        reached, above = [], []
         for repeat in range(REPEATS):
             f = Counted(lambda x: michalewicz(np.clip(x, 0, np.pi)), MINIMUM + CLOSE)
             starts = np.random.default_rng((seed, repeat)).uniform(0, np.pi, (BEETLES_ALONE, 2))
             search(f, starts, EVALUATIONS, seed * REPEATS + repeat)
             reached.append(f.reached)
+            above.append(f.best_by(_by(EVALUATIONS)) - MINIMUM)
         times = [count for count in reached if count is not None]
-        out[name] = {"share": len(times) / REPEATS, "evaluations": float(np.median(times)) if times else None}
+        out[name] = {
+            "share": len(times) / REPEATS,
+            "evaluations": float(np.median(times)) if times else None,
+            "curve": _curve(EVALUATIONS, np.maximum(np.median(above, axis=0), DIGITS)),
+        }
     return out

@@ -12,11 +12,9 @@ from fastcal_studies.exhibits import (
     Absent,
     Cell,
     Chart,
-    Exhibit,
     Headline,
     Page,
     Section,
-    Series,
     Spread,
     Table,
     spread,
@@ -24,11 +22,10 @@ from fastcal_studies.exhibits import (
     terms_table,
     worlds_section,
 )
-from fastcal_studies.learning import WITHOUT_TORCH
+from fastcal_studies.siasun_sr210d_networks_page import STARTS, by_rows, networks, no_networks, numbered, scaled
 from fastcal_studies.siasun_sr210d_tables import COUPLING, FLEXIBILITY, RATIOS, TERMS
 from fastcal_studies.study import Run
 
-SECONDS = {"BAS": 0.087843, "BSO": None, "PSO": 0.215134, "GA": 0.262317, "ABC": 0.132563}
 OWN_SAG = "one number for the own sag of joints 2 and 3 each"
 JOINT_MODEL = (
     f"geometry, ratios, coupling, compliances by the load and {OWN_SAG}, in one fit to the 100 poses without and with "
@@ -42,7 +39,6 @@ WORLD_LINES = {
     "bso_ours": "BSO-MLP behind fastcal's model",
     "best": "gp behind fastcal's model",
 }
-STARTS = {"random": "a random start", "bso": "BSO, the paper's", "pso": "PSO", "ga": "GA", "abc": "ABC"}
 
 
 def page(runs: Sequence[Run]) -> Page:
@@ -78,13 +74,13 @@ def page(runs: Sequence[Run]) -> Page:
             )
         )
     sections = [_geometry(runs), _stiffness(runs)]
-    sections.append(_networks(runs) if trained else _no_networks())
+    sections.append(networks(runs) if trained else no_networks())
     sections.append(_commands(runs))
     if trained:
         sections.append(worlds_section(runs, "mean error of 200 poses not learnt", WORLD_LINES))
     remarks = [_what_remains(runs)]
     if trained:
-        bso, same = (spread(runs, "networks", key, "unseen", "mean").median for key in ("bso", "random"))
+        random, bso, pso, ga, abc = (f"{spread(runs, 'networks', key, 'unseen', 'mean').median:.3f}" for key in STARTS)
         best, frictional = (spread(runs, "networks", key, "unseen", "mean").median for key in ("best", "by_current"))
         remarks.append(
             f"Motor currents carry friction. Behind the same model with compliances by current, the paper's, the same "
@@ -92,8 +88,9 @@ def page(runs: Sequence[Run]) -> Page:
             f"{TRACKER_MM:.3f} mm."
         )
         remarks.append(
-            f"The beetle swarm's start leaves {bso:.3f} mm on unseen poses, the same network from a random start "
-            f"{same:.3f} mm; it helps more that the arm's Jacobian maps joint errors to points (fastcal's mlp, gp)."
+            f"From a random start the network leaves {random} mm on unseen poses, from the beetle swarm's {bso} mm, "
+            f"from those of PSO, GA and ABC with as many evaluations {pso}, {ga} and {abc} mm: that there is a search "
+            "counts, not which. It helps more that the arm's Jacobian maps joint errors to points (fastcal's mlp, gp)."
         )
     return Page(headlines, sections, remarks)
 
@@ -125,7 +122,7 @@ def _what_remains(runs: Sequence[Run]) -> str:
         f"{plain[1]} mm of the 200 under it, and of the same arm without waves {still[0]} and {still[1]} mm."
     )
     if "by_rows" in runs[0]:
-        counts, means = zip(*_by_rows(runs), strict=True)
+        counts, means = zip(*by_rows(runs), strict=True)
         text += (
             f" A process that learns {', '.join(counts)} poses leaves "
             f"{', '.join(f'{mean.median:.3f}' for mean in means)} mm of them. The tracker's noise alone has a mean of "
@@ -141,15 +138,6 @@ def _remaining(runs: Sequence[Run]) -> Table:
     ]
     columns = ("", "50 others without load", "200 others under it")
     return Table("What remains", "of fastcal's models, with the waves and without, mean (mm)", columns, rows)
-
-
-def _by_rows(runs: Sequence[Run]) -> list[tuple[str, Spread]]:
-    """Poses learnt, and the mean error of others."""
-    counts = sorted(runs[0]["by_rows"], key=int)
-    return [
-        ("200", spread(runs, "networks", "best", "unseen", "mean")),
-        *((n, spread(runs, "by_rows", n)) for n in counts),
-    ]
 
 
 def _geometry(runs: Sequence[Run]) -> Section:
@@ -215,7 +203,7 @@ def _geometry(runs: Sequence[Run]) -> Section:
             terms_table(TERMS),
             Table("Table 5", "accuracy without load", COMPARED, rows),
             Chart("Figure 5", "before and after geometry, the first arm", "pose", "error (mm)",
-                  [_series("before", by_pose["before"], "before"), _series("after", by_pose["fitted"], "method")]),
+                  [numbered("before", by_pose["before"], "before"), numbered("after", by_pose["fitted"], "method")]),
         ],
     )  # fmt: skip
 
@@ -233,10 +221,10 @@ def _stiffness(runs: Sequence[Run]) -> Section:
         cells: list[Cell] = [f"c{joint}{joint}", 1e6 * printed]
         for key in ("paper", "joint"):
             known = [run for run in runs if owner in run["flexibility"][key]]
-            cells.append(_scaled(spread(known, "flexibility", key, owner, "value"), 1e6) if known else None)
+            cells.append(scaled(spread(known, "flexibility", key, owner, "value"), 1e6) if known else None)
         known = [run for run in runs if owner in run["flexibility"]["load"]]
         sign = -1e6 if printed < 0 else 1e6
-        cells.append(_scaled(spread(known, "flexibility", "load", owner, "value"), 40.0 * sign) if known else None)
+        cells.append(scaled(spread(known, "flexibility", "load", owner, "value"), 40.0 * sign) if known else None)
         rows.append(cells)
     by_pose = runs[0]["stiffness"]["by_pose"]
     best = runs[0]["best"]["loaded"]["fitted"]["by_pose"] if "best" in runs[0] else by_pose["best"]
@@ -265,83 +253,11 @@ def _stiffness(runs: Sequence[Run]) -> Section:
                 "poses that neither has seen see table 9, before.",
             ),
             Chart("Figure 6", "under 210 kg, the first arm", "pose", "error (mm)",
-                  [_series("before stiffness", by_pose["before"], "before"), _series("after", by_pose["after"]),
-                   _series("fastcal's best", best, "best")]),
+                  [numbered("before stiffness", by_pose["before"], "before"), numbered("after", by_pose["after"]),
+                   numbered("fastcal's best", best, "best")]),
             _remaining(runs),
         ],
     )  # fmt: skip
-
-
-def _networks(runs: Sequence[Run]) -> Section:
-    found: list[list[Cell]] = [
-        [
-            name,
-            seconds,
-            _scaled(spread(runs, "searches", name, "share"), 100),
-            _median([run["searches"][name]["evaluations"] for run in runs]),
-        ]
-        for name, seconds in SECONDS.items()
-    ]
-    exhibits: list[Exhibit] = [
-        Table(
-            "Table 2",
-            "searches on the Michalewicz function",
-            ("", "paper (s)", "reached, % of the starts", "evaluations where reached"),
-            found,
-            "20 starts an arm, 3000 evaluations each, until within 0.0001 of the minimum. Seconds depend on the "
-            "machine and the program, evaluations don't. BAS is sent out anew when its steps have died out.",
-        )
-    ]
-    for part, number, what, before, after in (
-        ("learnt", "Table 8", "200 poses learnt", (0.9262, 0.1632, 1.7435), (0.5907, 0.0760, 0.8834)),
-        ("unseen", "Table 9", "200 others", (0.9370, 0.1871, 1.7633), (0.6522, 0.0887, 0.9834)),
-    ):
-        rows = statistics_rows(runs, "before", before, ("networks", "before", part), ("networks", "best_before", part))
-        rows += statistics_rows(runs, "after", after, ("networks", "bso", part), ("networks", "best", part))
-        exhibits.append(Table(number, what, COMPARED, rows))
-    rivals: list[list[Cell]] = [
-        [name, *(spread(runs, "networks", key, part, "mean") for part in ("learnt", "unseen"))]
-        for key, name in {**STARTS, "mlp": "fastcal's mlp behind the paper's model",
-                          "bso_ours": "BSO-MLP behind fastcal's model",
-                          "best_mlp": "fastcal's mlp behind fastcal's",
-                          "by_current": "fastcal's gp behind compliances by current",
-                          "best": "fastcal's gp behind fastcal's"}.items()
-    ]  # fmt: skip
-    exhibits.append(
-        Table(
-            "Rivals",
-            "mean error (mm) with equal budgets",
-            ("", "200 learnt", "200 others"),
-            rivals,
-            "The first five are one network of 20 sigmoids: its start from as many evaluations of each search, then "
-            "the same 400 epochs.",
-        )
-    )
-    by_rows: list[list[Cell]] = [list(row) for row in _by_rows(runs)]
-    exhibits.append(Table("More poses", "fastcal's best by poses learnt (mm)", ("poses", "200 others, mean"), by_rows))
-    axes = runs[0]["axes"]
-    exhibits.append(Chart("Figure 7", "residuals by axis, the first arm", "pose", "residual (mm)",
-                          [Series(axis, list(range(1, 201)), axes[axis], str(k), "points")
-                           for k, axis in enumerate("XYZ")]))  # fmt: skip
-    own = runs[0]["networks"]
-    for number, part in (("Figure 8", "learnt"), ("Figure 9", "unseen")):
-        key = f"{part}_by_pose"
-        exhibits.append(Chart(number, f"before and after the network, {part}, the first arm", "pose", "error (mm)",
-                              [_series("before", own["before"][key], "before"), _series("BSO-MLP", own["bso"][key]),
-                               _series("fastcal's best", own["best"][key], "best")]))  # fmt: skip
-    return Section(
-        "The network for what no model has",
-        "200 poses with 210 kg are learnt, 200 others are not. The paper's network maps joints to points.",
-        exhibits,
-    )
-
-
-def _no_networks() -> Section:
-    return Section(
-        "The network for what no model has",
-        "The paper's network maps joints to points.",
-        [Absent(name, WITHOUT_TORCH) for name in ("Table 2", "Table 8", "Table 9", "Figure 7", "Figure 8", "Figure 9")],
-    )
 
 
 def _commands(runs: Sequence[Run]) -> Section:
@@ -364,20 +280,6 @@ def _commands(runs: Sequence[Run]) -> Section:
         "without noise. Networks are those of `fastcal train`, which guards and limits them.",
         [Table("Commands", "errors of the hidden arm (mm)", ("", "mean", "std", "max"), rows)],
     )
-
-
-def _series(name: str, values: Sequence[float], role: str = "method") -> Series:
-    return Series(name, list(range(1, len(values) + 1)), values, role)
-
-
-def _scaled(found: Spread, factor: float) -> Spread:
-    low, high = sorted((found.low * factor, found.high * factor))
-    return Spread(found.median * factor, low, high)
-
-
-def _median(values: Sequence[float | None]) -> float | None:
-    known = sorted(value for value in values if value is not None)
-    return known[len(known) // 2] if known else None
 
 
 def _digits(value: float | Spread | None, decimals: int = 5) -> str | None:

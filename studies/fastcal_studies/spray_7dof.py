@@ -16,12 +16,10 @@ import numpy as np
 
 from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.parameter_identifiability import redundancy
-from fastcal.calibration.regularization import regularized_least_squares
 from fastcal.calibration.simulation import perturbed, random_poses
 from fastcal.compensation.commands import compensate
 from fastcal.design.poses import design_poses
 from fastcal.design.surroundings import Surroundings
-from fastcal.errors import InvalidInput
 from fastcal.ik.inertia_load import inertia_load
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
@@ -32,17 +30,16 @@ from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
 from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
 from fastcal_studies.spray_7dof_page import page as page
+from fastcal_studies.spray_7dof_steps import NOISE, descent, paths
 from fastcal_studies.study import Paper, Run
 
 FITTED, UNSEEN, MANY = 150, 100, 600
 STIFFNESS = {"base": 0.8, "arm": 1.25, "forearm": 0.9, "telescope": 0.7}  # of the hidden beams over the file's
 BASE = {"xyz_mm": [20.0, -15.0, 10.0], "rpy_deg": [0.5, -0.4, 0.8]}
 AXES = {"X": 0, "Y": 2, "Z": 1}  # of O1 in the measuring frame: reach, vertical, rail
-NOISE = 4e-5  # m: 15 um + 6 um/m at 4 m
 WAVES_RAD = (0.0, 2.1e-4, 2.1e-4, 2.1e-4, 3.0e-4, 0.0, 4.2e-4)
 BEST = "geometry,beam_gravity:by=group:prior=yes"
-STEPS, DONE, HELD = 30, 1e-7, 6
-SIZE = 1e-2  # m and rad: how far damped errors may lie from nominal
+HELD = 6
 CANDIDATES, ALL_CANDIDATES = 10_000, 78_125
 
 PAPER = Paper(
@@ -93,6 +90,13 @@ def one_arm(seed: int, full: bool) -> Run:
     data, unseen = at(chosen.q, 0), at(random_poses(nominal, UNSEEN, seed=1000 + seed), 1)
     everything = [p.name for p in found.parameters if p.kind != "without_effect"]
     beams = bending(nominal)
+    ways = {
+        "removed": descent(beams, data, found.kept),
+        "without": descent(nominal, data, found.kept),
+        "kept": descent(beams, data, everything),
+        "kept_without": descent(nominal, data, everything),
+        "damped": descent(beams, data, everything, damped=True),
+    }
     rigid = calibrate(nominal, data, parameters=rows, loss="none")
     models = {
         "before": rigid.nominal,
@@ -115,11 +119,9 @@ def one_arm(seed: int, full: bool) -> Run:
     return run | {
         "rank": found.rank,
         "rules": [line.split(": ", 1) for line in str(found).splitlines() if ": held" in line],
-        "steps": {
-            "removed": steps(beams, data, found.kept),
-            "kept": steps(beams, data, everything),
-            "damped": steps(beams, data, everything, damped=True),
-        },
+        "steps": {name: way.steps for name, way in ways.items()},
+        "left": {name: way.left for name, way in ways.items()},
+        "paths": paths(beams, data, unseen, everything, ways["removed"]),
         "fitted": {name: by_axis(model, data) for name, model in models.items()},
         "unseen": {name: by_axis(model, unseen) for name, model in models.items()},
         "by_pose": {name: miss(model, unseen) for name, model in models.items()},
@@ -161,34 +163,6 @@ def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
     sent = [Dataset.from_arrays(own, robot=nominal) for own in rows]
     data, unseen = (measure(true, own, outside, NOISE, 100 * seed + k) for k, own in enumerate(sent))
     return nominal, data, unseen, true
-
-
-def steps(robot: Robot, data: Dataset, names: Sequence[str], *, damped: bool = False) -> list[float]:
-    """Largest step [m, rad] of each round of least squares with the coupled Jacobian J* (5.2); it may wander off.
-
-    Damped, the errors themselves are held near 0 by SIZE, not their steps.
-    """
-    model, samples = robot.error_model, robot.samples(data)
-    columns = [robot.parameter_names.index(name) for name in names]
-    theta = np.array(model.start)
-    start, sizes = theta.copy(), []
-    for _ in range(STEPS):
-        try:
-            r = (np.asarray(data.position) - np.asarray(model.predict(samples, theta))[:, :3, 3]).ravel()
-            J = np.asarray(model.parameter_jacobian(samples, theta))[:, :, columns].reshape(-1, len(columns))
-        except InvalidInput:  # no such arm: its beams lie where they hold nothing
-            break
-        x = theta[columns] - start[columns]
-        if damped:
-            held = regularized_least_squares(J / NOISE, (r + J @ x) / NOISE, strength=1.0, sizes=SIZE)
-            step = held.x - x
-        else:
-            step = np.linalg.lstsq(J, r, rcond=None)[0]
-        theta[columns] += step
-        sizes.append(float(np.abs(step).max()))
-        if sizes[-1] < DONE or sizes[-1] > 1e3:
-            break
-    return sizes
 
 
 def miss(model: Robot, data: Dataset) -> dict[str, list[float]]:

@@ -33,6 +33,15 @@ MODELS = {
 LOOKS = {"before": "before", "rigid": "0", "gravity": "method", "best": "best"}
 STIFFNESS = {"base": 0.8, "arm": 1.25, "forearm": 0.9, "telescope": 0.7}
 TRACKER_MM = 0.04 * (2 / np.pi) ** 0.5  # mean size of a normal deviate of the tracker's noise
+WAYS = {
+    "removed": ("redundant errors removed", "method"),
+    "without": ("the same without gravity", "before"),
+    "damped": ("kept, damped", "best"),
+    "kept": ("kept", "0"),
+    "kept_without": ("kept, undamped, without gravity", "1"),
+}
+METHODS = {"levenberg": "damped (levenberg)", "truncated": "singular values cut off (truncated)"}
+USED = ("used", "unseen")
 PAPER_RATIO = {3: 2.369, 4: 1.647, 6: 1.0}
 
 
@@ -79,12 +88,15 @@ def _what_remains(runs: Sequence[Run]) -> str:
 
 def _errors(runs: Sequence[Run]) -> Section:
     rows: list[list[Cell]] = [[str(name), str(what)] for name, what in runs[0]["rules"]]
-    curves = [
-        Series(name, list(range(1, 31))[: len(runs[0]["steps"][key])], runs[0]["steps"][key], role)
-        for name, key, role in (
-            ("redundant errors removed", "removed", "method"),
-            ("kept, damped", "damped", "best"),
-        )
+    drawn = [
+        Series(name, list(range(1, len(runs[0]["steps"][key]) + 1)), runs[0]["steps"][key], role)
+        for key, (name, role) in WAYS.items()
+        if key in ("removed", "damped")
+    ]
+    left = [
+        Series(name, list(range(len(runs[0]["left"][key]))), runs[0]["left"][key], role)
+        for key, (name, role) in WAYS.items()
+        if key != "kept"
     ]
     wild = [run["steps"]["kept"][0] for run in runs]
     return Section(
@@ -100,14 +112,66 @@ def _errors(runs: Sequence[Run]) -> Section:
                 rows,
                 "From the null space over the workspace, where the paper has five rules for pairs of rows.",
             ),
-            Chart("Figure 10", "largest step of an error, the first arm", "step", "step (m, rad)", curves,
+            Chart("Figure 10", "largest step of an error, the first arm", "step", "step (m, rad)", drawn,
                   "Least squares with the coupled Jacobian, again and again.", logarithmic=True),
             Chart("Figure 11", "the same with the redundant errors kept", "arm", "first step (m, rad)",
                   [Series("redundant errors kept", [str(k) for k in range(1, len(wild) + 1)], wild, "0", "bars")],
                   "The deflection adds second-order terms that make null directions look identifiable. Of each arm the "
                   "first step is shown: behind it there is no arm left to linearize.", logarithmic=True),
+            Chart("Convergence", "what is left of the 150 poses, the first arm", "steps taken", "RMS (mm)", left,
+                  f"Until no error changes by more than 1e-7 m or rad: {_rounds(runs, 'removed')} steps with gravity, "
+                  f"{_rounds(runs, 'without')} without it, {_rounds(runs, 'damped')} with the redundant errors damped. "
+                  "With gravity and all errors kept, undamped, the first step leaves no arm: figure 11.",
+                  logarithmic=True),
+            *_paths(runs),
         ],
     )  # fmt: skip
+
+
+def _rounds(runs: Sequence[Run], way: str) -> str:
+    """How many steps a way of solving takes."""
+    found = spread([{"n": len(run["steps"][way])} for run in runs], "n")
+    return f"{found.low:.0f}" if found.low == found.high else f"{found.low:.0f} to {found.high:.0f}"
+
+
+def _paths(runs: Sequence[Run]) -> list[Exhibit]:
+    """All errors kept: from strong damping to none, and from one singular value to all; and what one would choose."""
+    out: list[Exhibit] = []
+    for key, what, unit in (
+        ("unseen", "error of 100 poses not fitted", "RMS (mm)"),
+        ("largest", "largest error that is found", "error (m, rad)"),
+    ):
+        series = []
+        for k, (method, name) in enumerate(METHODS.items()):
+            path = runs[0]["paths"][method]
+            known = [(x, y) for x, y in zip(path["used"], path[key], strict=True) if y is not None]
+            series.append(Series(name, [x for x, _ in known], [y for _, y in known], str(k)))
+            chosen = path["chosen"]
+            if chosen[key] is not None:
+                label = f"{name}: by cross-validation"
+                series.append(Series(label, [chosen["used"]], [chosen[key]], str(k), "points"))
+        out.append(
+            Chart("Path", f"{what}, all errors kept, the first arm", "numbers used", unit, series, logarithmic=True)
+        )
+    rows: list[list[Cell]] = [
+        [name, spread(runs, "paths", method, "chosen", "used"), spread(runs, "paths", method, "chosen", "unseen")]
+        for method, name in METHODS.items()
+    ]
+    rows += [
+        ["damping 1: errors of 10 mm and 10 mrad expected", *(spread(runs, "paths", "prior", key) for key in USED)],
+        ["redundant errors removed", *(spread(runs, "paths", "removed", key) for key in USED)],
+    ]
+    out.append(
+        Table(
+            "Path",
+            "all errors kept: strength by generalized cross-validation, and by what is expected",
+            ("", "numbers used", "100 poses not fitted, RMS (mm)"),
+            rows,
+            "Linearized where the errors that can be identified fit the rows. Cross-validation judges the linear "
+            "model, in which null directions seem to explain rows.",
+        )
+    )
+    return out
 
 
 def _design(runs: Sequence[Run]) -> Section:

@@ -259,15 +259,18 @@ def test_torch_is_imported_by_the_networks_alone() -> None:
     assert found == []
 
 
-# Files of the package that name an effect: an example for a reader, a default that a caller may change, its own code.
+# Files of the package that name an effect: an example for a reader, a default that a caller may change, its own code,
+# or the thing in nature (what rubs in a gear, in a motor's current).
 MAY_NAME = {
     "calibration/compliance.py": {"joint_compliance", "joint_compliance_nonlinear"},
+    "calibration/motor_currents.py": {"friction"},
     "calibration/payload_pairs.py": {"joint_compliance"},
     "calibration/setups.py": {"station_offset", "tool_shift"},
     "cells/place.py": {"reduction_ratio"},
     "cli/demo.py": {"joint_compliance"},
     "cli/design.py": {"joint_compliance"},
     "cli/manners.py": {"backlash", "gear_harmonic", "joint_compliance"},
+    "cli/simulate.py": {"friction"},
     "design/rivals.py": {"joint_compliance"},
     "importers/templates.py": {"backlash"},
     "studio/demo.py": {"joint_compliance"},

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
+from fastcal.calibration.motor_currents import motor_currents
 from fastcal.calibration.other_readings import other_readings, touching
 from fastcal.calibration.prediction import quaternions
 from fastcal.errors import InvalidInput
@@ -38,6 +39,8 @@ def simulate(
     seed: int = 0,
     unknowns: Mapping[str, ArrayLike] | None = None,
     points: bool = True,
+    torque_per_ampere: ArrayLike | None = None,
+    friction: ArrayLike = 0.0,
     threads: int = 1,
     **conditions: ArrayLike,
 ) -> Dataset:
@@ -55,6 +58,8 @@ def simulate(
             link2", the plane of "plane top"; 0 where not given. Their numbers are replaced by what the instrument would
             read, with noise of their sigma column; postures that touch a plane are moved onto it.
         points: Measure points; without them only what `poses` has columns of.
+        torque_per_ampere: Measure the motors' currents too: see `motor_currents`.
+        friction: Of the joints, which currents carry: likewise.
         threads: Cores to use; the result does not depend on it.
         **conditions: payload [kg] and other fields of a `Dataset`, where `poses` is an array.
 
@@ -71,12 +76,7 @@ def simulate(
     else:
         given: dict[str, Any] = dict(conditions)
         sent = Dataset.from_arrays(poses, robot=robot, source="simulated", **given)
-    spread = np.asarray(repeatability, dtype=float)
-    if spread.shape not in ((), (robot.joint_count,)):
-        raise InvalidInput(f"repeatability must be one number or {robot.joint_count}, got shape {spread.shape}")
-    for name, size in (("noise", noise), ("noise_rotation", noise_rotation or 0.0), ("repeatability", spread.min())):
-        if not (np.isfinite(size) and size >= 0):
-            raise InvalidInput(f"{name} must be a standard deviation of at least 0, got {size}")
+    spread = _deviations(robot, noise, noise_rotation, repeatability)
 
     random = np.random.default_rng(seed)
     sent = touching(robot, sent, unknowns or {}, threads)
@@ -91,11 +91,25 @@ def simulate(
         turns = noise_rotation * random.standard_normal((len(sent), 3))
         rotation = quaternions(np.array([R @ _core.exp_so3(turn) for R, turn in zip(T[:, :3, :3], turns, strict=True)]))
     read = other_readings(robot, reached, unknowns or {}, random, threads)
+    if torque_per_ampere is not None:
+        held = motor_currents(robot, reached, torque_per_ampere, friction=friction, seed=seed, threads=threads)
+        read = replace(read, current=held)
     if not points:
         return replace(read, q=sent.q, q_read=None)
     if not kinds_of(read):
         read = replace(read, sigma_position=None, instrument=None, sigma_rotation=None)
     return replace(read, q=sent.q, position=position, rotation=rotation, q_read=None)
+
+
+def _deviations(robot: Robot, noise: float, noise_rotation: float | None, repeatability: ArrayLike) -> FloatArray:
+    """The repeatability as an array, all standard deviations checked."""
+    spread = np.asarray(repeatability, dtype=float)
+    if spread.shape not in ((), (robot.joint_count,)):
+        raise InvalidInput(f"repeatability must be one number or {robot.joint_count}, got shape {spread.shape}")
+    for name, size in (("noise", noise), ("noise_rotation", noise_rotation or 0.0), ("repeatability", spread.min())):
+        if not (np.isfinite(size) and size >= 0):
+            raise InvalidInput(f"{name} must be a standard deviation of at least 0, got {size}")
+    return spread
 
 
 def random_poses(robot: Robot, count: int, *, region: ArrayLike | None = None, seed: int = 0) -> FloatArray:

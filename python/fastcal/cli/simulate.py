@@ -27,6 +27,14 @@ def simulate(
     points: Annotated[
         bool, typer.Option(help="Measure points; without them only the other observations that POSES has columns of.")
     ] = True,
+    torque_per_ampere: Annotated[
+        str,
+        typer.Option(
+            metavar="NM_A",
+            help="Measure motor currents: torque at a joint per ampere, of all or 6 such as 40,40,35,20,9,9.",
+        ),
+    ] = "",
+    friction_nm: Annotated[float, typer.Option(min=0, help="Coulomb friction of each joint, in the currents.")] = 0.0,
     views: Views = "",
     seed: Seed = 0,
     threads: Threads = 1,
@@ -35,13 +43,25 @@ def simulate(
 
     The robot's effects act, and noise is added as asked.
     """
+    from fastcal.errors import InvalidInput
     from fastcal.io.tree_file import is_cell
 
+    if friction_nm and not torque_per_ampere:
+        raise InvalidInput("--friction-nm is that of motor currents: give --torque-per-ampere too")
     if is_cell(robot):
         from fastcal.cli.cell_uses import simulate_cell
 
         noise = (noise_mm, noise_rot_deg, repeatability_deg)
-        simulate_cell(robot, poses, output, views, noise, seed, threads, {"--no-points": (points, True)})
+        simulate_cell(
+            robot,
+            poses,
+            output,
+            views,
+            noise,
+            seed,
+            threads,
+            {"--no-points": (points, True), "--torque-per-ampere": (torque_per_ampere, "")},
+        )
         return
     no_views(views)
     from fastcal.calibration.simulation import simulate as simulated
@@ -62,6 +82,8 @@ def simulate(
             noise_rotation=None if noise_rot_deg is None else to_si(noise_rot_deg, "deg"),
             repeatability=[to_si(repeatability_deg, "deg") * turns for turns in turning],
             points=points,
+            torque_per_ampere=_numbers(torque_per_ampere),
+            friction=friction_nm,
             seed=seed,
             threads=threads,
         )
@@ -76,7 +98,20 @@ def simulate(
             "noise_mm": noise_mm,
             "noise_rot_deg": noise_rot_deg,
             "repeatability_deg": repeatability_deg,
+            "torque_per_ampere": torque_per_ampere or None,
+            "friction_nm": friction_nm,
             "seed": seed,
             "notes": list(sent.notes),
         }
     )
+
+
+def _numbers(text: str) -> list[float] | float | None:
+    """One number, or one a joint; None where there is no text."""
+    from fastcal.errors import InvalidInput
+
+    try:
+        numbers = [float(part) for part in text.split(",")] if text else []
+    except ValueError:
+        raise InvalidInput(f"--torque-per-ampere takes numbers such as 40 or 40,40,35, got '{text}'") from None
+    return numbers if len(numbers) > 1 else next(iter(numbers), None)

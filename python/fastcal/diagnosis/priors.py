@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """What parameters may be: plausible sizes and the deviations of their priors, before the rows are looked at.
 
-And whether the rows show where a law bends.
+And whether the rows show where a law bends, and what a joint yields to.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ BoolArray = NDArray[np.bool_]
 
 # Share of the misfit that a parameter of its usual size must move to have an influence at all.
 MIN_INFLUENCE = 1e-9
+# Share of the moment on a joint that turns it, below which its load is made by how the axis is tilted [0.6 deg].
+MIN_LOAD_SHARE = 1e-2
 # Largest plausible size of a length or an angle of the geometry [1 mm, 1 mrad]: beyond, the tool moves along a curve.
 MAX_GEOMETRY_SIZE = 30.0
 
@@ -131,3 +133,18 @@ def bends_unseen(at: Fit, name: Hypothesis) -> bool:
     load = np.abs(at.loads[first, place_of(name.owner).index])
     below = [int(np.sum(load < corner)) for corner in corners]
     return any(min(count, len(load) - count) < rules.MIN_ROWS_BESIDE_STEP for count in below)
+
+
+def bears_little(at: Fit, name: Hypothesis) -> bool:
+    """Does an added law of a joint's load follow less than MIN_LOAD_SHARE of the moment, or of a slide's force, on it?
+
+    An upright axis bears what its tilt and the middle of the weights make: what is missing elsewhere can turn it by any
+    angle, in other postures by another one.
+    """
+    if name.traits.depends_on != ("torque",):
+        return False
+    joint = place_of(name.owner).index
+    theta = at.theta[: len(at.model.parameters)]
+    load = np.asarray(at.model.loads(at.samples, theta, False, at.problem.threads))[:, 2 * joint + 1]
+    part = load[:, 3:] if at.problem.start.robot.joint_types[joint] == "revolute" else load[:, :3]
+    return bool(np.linalg.norm(part[:, 2]) < MIN_LOAD_SHARE * np.linalg.norm(part))

@@ -15,11 +15,14 @@ from fastcal.diagnosis import held_out, rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.gap import GapStep
+from fastcal.diagnosis.held_out import positions
 from fastcal.diagnosis.noise_scales import without_scales
 from fastcal.diagnosis.result import AdaptedModel, Unexplained
+from fastcal.measurements.dataset import Dataset
+from fastcal.place import joint_name
 from fastcal.robot.robot import Robot
 from fastcal.surrogate import AddedSurrogate, Thresholds, add_surrogate, formulas
-from fastcal.surrogate.candidates import SLOW
+from fastcal.surrogate.candidates import SLOW, posture_inputs
 
 # Evidence of a surrogate of what remains [twice a log of likelihoods]; with SURROGATE_HELD_OUT none on 14 of 14 sets
 # where nothing is missing. Simulated.
@@ -31,6 +34,8 @@ SURROGATE_HELD_OUT = 0.95
 
 # Surrogates at most.
 MAX_SURROGATES = 3
+# Positions of a joint of which one that is held out still has neighbours on both sides.
+FEWEST_POSITIONS = 5
 _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
 
 
@@ -87,23 +92,33 @@ def surrogate_of(
 ) -> AddedSurrogate | None:
     """What a model leaves of rows that it reaches, as surrogates; arguments as `with_surrogate`'s.
 
-    None for pictures: corners of one err together, and curves would be drawn through that. `folds` (N,) are those of
-    `add_surrogate`, over all rows.
+    None for pictures: corners of one err together, and curves would be drawn through that. None of the posture where
+    the rows are a grid of few positions of each joint: rows held out repeat those that are learnt, and none shows what
+    is between. `folds` (N,) are those of `add_surrogate`, over all rows.
     """
     problem = fit.problem
     if problem.repeatability is not None:
         return None
     data, noise = without_scales(problem)
+    exclude = SLOW if problem.noise.memory > 0 and not drifts else frozenset()  # a memory is such a curve too
+    if not _shows_between(data):
+        exclude |= posture_inputs(data.q.shape[1])
     return add_surrogate(
         model,
         data.select(reached),
         noise=noise,
         thresholds=thresholds(),
         unknowns=np.concatenate([np.zeros(0), *(fit.unknowns | given_rig(model, data)).values()]),
-        exclude=SLOW if problem.noise.memory > 0 and not drifts else frozenset(),  # a memory is such a curve too
+        exclude=exclude,
         folds=[fold[reached] for fold in folds],
         threads=threads,
     )
+
+
+def _shows_between(data: Dataset) -> bool:
+    """Does some joint stand at FEWEST_POSITIONS or more?"""
+    joints = range(data.q.shape[1])
+    return any(len(np.unique(positions(data, joint_name(joint)))) >= FEWEST_POSITIONS for joint in joints)
 
 
 def thresholds() -> Thresholds:

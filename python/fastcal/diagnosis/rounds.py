@@ -39,10 +39,11 @@ def searched(
 ) -> tuple[rivals.Rivals, SearchNode, NoiseLevel]:
     """The rivals of a search, its best set, and the noise that this shows; begun again where that differs from before.
 
-    Where names are hopeless, none is searched for, and once more with the waves of the scan among them.
+    Where names are hopeless, none is searched for, and once more with the waves of the scan among them. A search that
+    was cut short begins again once, where a scan names what it lacked.
     """
     plain = rivals.Rivals(Search(problem, notify))
-    was_hopeless = False
+    was_hopeless = was_cut_short = False
     for round_ in range(MAX_SEARCHES):
         again: Problem | None
         if plain.names_are_hopeless:
@@ -53,7 +54,10 @@ def searched(
         else:
             best = _best(plain.search.grow())
             again, level = _again(plain.search, best, sigma)
-            again = None if plain.search.is_cut_short else again
+            if plain.search.is_cut_short:
+                has_more = again is not None and len(again.names) > len(problem.names)
+                again = again if has_more and not was_cut_short else None
+                was_cut_short = True
         if again is None or round_ == MAX_SEARCHES - 1:
             break
         plain = plain.again(again)

@@ -24,7 +24,7 @@ from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
 from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, lead, positions
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
-from fastcal.diagnosis.priors import bends_unseen
+from fastcal.diagnosis.priors import bears_little, bends_unseen
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.scans import at_best_moment
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -158,8 +158,9 @@ class SearchNode:
 
     @cached_property
     def impossible(self) -> bool:
-        """A parameter lies beyond its bounds, or a law bends where no rows are: a symptom of something else."""
-        return any(is_beyond_bounds(self.fit, name) or bends_unseen(self.fit, name) for name in self.names)
+        """A parameter is beyond its bounds, a law bends where no rows are or has no load: another cause's symptoms."""
+        doubts = (is_beyond_bounds, bends_unseen, bears_little)
+        return any(doubt(self.fit, name) for name in self.names for doubt in doubts)
 
     @property
     def key(self) -> tuple[str, ...]:

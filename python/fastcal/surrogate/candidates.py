@@ -62,6 +62,12 @@ def candidates(robot: Robot, data: Dataset, threads: int) -> list[Candidate]:
     return [c for c in _all(robot.joint_count) if set(c.inputs) <= known]
 
 
+def posture_inputs(joints: int) -> frozenset[str]:
+    """The inputs that postures and their order decide."""
+    others = (*SLOW, "payload", "approach")
+    return frozenset(name for c in _all(joints) for name in c.inputs if not name.startswith(others))
+
+
 def _varying_loads(robot: Robot, data: Dataset, threads: int) -> set[str]:
     """Of joints whose load varies beside the largest of all: about an upright axis it is rounding."""
     names = [f"load{i + 1}" for i in range(robot.joint_count)]

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from fastcal import InvalidInput, Robot, load_robot, perturbed, predict, random_poses, simulate
+from fastcal import InvalidInput, Robot, calibrate, load_robot, perturbed, predict, random_poses, simulate
 from fastcal.conversion import convert
 from fastcal.measurements.dataset import Dataset
 
@@ -105,8 +105,48 @@ def test_a_perturbed_arm_is_off_by_about_what_was_asked_for(kind: str) -> None:
         ({"noise": math.nan}, "noise must be a standard deviation of at least 0, got nan"),
         ({"repeatability": [1e-4, 0.0]}, r"repeatability must be one number or 6, got shape \(2,\)"),
         ({"noise_rotation": math.inf}, "noise_rotation must be a standard deviation"),
+        ({"torque_per_ampere": 0.0}, "torque_per_ampere must be one number or 6, not 0, got 0.0"),
+        ({"torque_per_ampere": [1.0, 2.0]}, r"torque_per_ampere must be one number or 6, not 0, got \[1.0, 2.0\]"),
+        ({"torque_per_ampere": 1.0, "friction": -1.0}, "friction must be one number or 6, of at least 0, got -1.0"),
     ],
 )
 def test_invalid_noise_is_refused(options: dict[str, object], message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
         simulate(arm(), np.zeros((1, 6)), **options)
+
+
+def test_currents_are_the_torques_of_the_weights() -> None:
+    """Two arms stretched out: 10 kg at a metre and a payload of 5 at two, by hand; a slide carries forces."""
+    link = {"mass_kg": 10.0, "com_mm": [0.0, 0.0, 0.0]}
+    joints = [{"type": "revolute", "a_mm": 1000.0, "alpha_deg": 0.0, "d_mm": 0.0, "theta_deg": 0.0, "link": link}] * 2
+    spec = {"name": "flat", "kinematics": "dh", "joints": joints, "gravity_m_s2": [0.0, -9.81, 0.0]}
+    robot = Robot(spec)
+    q = np.zeros((2, 2))
+    data = simulate(robot, q, payload=[0.0, 5.0], torque_per_ampere=[100.0, -50.0])
+    assert data.current is not None
+    first = -9.81 * np.array([10 + 20, 10 + 20 + 5 * 2]) / 100
+    second = -9.81 * np.array([10, 10 + 5]) / -50
+    np.testing.assert_allclose(data.current, np.column_stack([first, second]), rtol=1e-12)
+    assert simulate(robot, q).current is None
+    came = Dataset.from_arrays(q, robot=robot, approach=[[1, -1], [-1, 1]])
+    rubbed = simulate(robot, came, torque_per_ampere=2.0, friction=3.0).current
+    still = simulate(robot, came, torque_per_ampere=2.0).current
+    assert rubbed is not None
+    np.testing.assert_allclose(rubbed - still, [[1.5, -1.5], [-1.5, 1.5]], rtol=1e-12)
+    unknown = simulate(robot, q, torque_per_ampere=2.0, friction=3.0, seed=1).current
+    assert unknown is not None
+    np.testing.assert_allclose(np.abs(unknown - still), 1.5, rtol=1e-12)
+
+
+def test_currents_identify_what_a_joint_yields_by_them() -> None:
+    """c rad/N m at K N m/A are c K rad/A, found without masses."""
+    spec = dict(load_robot("siasun_sr210d").spec)
+    yielding = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 4e-7}}
+    true = Robot(spec | {"effects": [yielding]})
+    data = simulate(true, random_poses(true, 80, seed=1), noise=2e-5, torque_per_ampere=40.0)
+    bare = Robot(spec | {"joints": [{key: v for key, v in j.items() if key != "link"} for j in spec["joints"]]})
+    found = calibrate(bare, data, effects="geometry,current_compliance@joint2")
+    (value,) = [p for p in found.parameters if p.name == "rad_a"]
+    assert value.std is not None
+    assert value.value == pytest.approx(4e-7 * 40, abs=4 * value.std)
+    assert value.std < 0.05 * value.value

@@ -32,6 +32,22 @@ def test_a_seed_gives_the_same_numbers_and_another_gives_others(demo, tmp_path, 
     assert a != c
 
 
+def test_motor_currents_are_written_as_asked(demo, tmp_path, fastcal) -> None:
+    model = library.load_robot(demo / "model.yaml")
+    out = tmp_path / "currents.csv"
+    asked = "--torque-per-ampere", "40,40,35,20,9,-9"
+    assert fastcal("simulate", demo / "model.yaml", demo / "test.csv", *asked, "-o", out).code == 0
+    data = library.load_measurements(out, model)
+    sent = library.load_measurements(demo / "test.csv", model)
+    held = library.simulate(model, sent, torque_per_ampere=[40, 40, 35, 20, 9, -9]).current
+    np.testing.assert_allclose(data.current, held, rtol=1e-12, atol=1e-12)
+    assert np.abs(data.current[:, 1]).max() > 1
+    for wrong, words in ((("--friction-nm", 3), "give --torque-per-ampere too"), (("--torque-per-ampere", "4x"), "4x")):
+        said = fastcal("simulate", demo / "model.yaml", demo / "test.csv", *wrong, "-o", out)
+        assert said.code == 2
+        assert words in said.err
+
+
 def test_the_demonstration_says_that_it_simulates_and_ends_with_its_report(tmp_path, process) -> None:
     said = process("demo", "--seed", 3, cwd=tmp_path)
     assert (said.code, said.err) == (0, "")

@@ -4,7 +4,15 @@
 
 from pathlib import Path
 
-from fastcal import diagnose, load_measurements, load_robot
+import numpy as np
+
+from fastcal import diagnose, load_measurements, load_robot, random_poses, simulate
+from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.priors import bears_little
+from fastcal.diagnosis.problem import Noise, prepared_problem
+
+from .rules import small_arm
 
 
 def test_a_negative_compliance_is_no_cause(shared_data: Path) -> None:
@@ -19,3 +27,16 @@ def test_a_negative_compliance_is_no_cause(shared_data: Path) -> None:
     }
     assert set(grades.values()) <= {"C"}, grades
     assert found.verdict == "unexplained"
+
+
+def test_an_upright_axis_bears_what_its_tilt_makes() -> None:
+    """Leaning by 0.3 degrees, joint 1 feels next to nothing, by 30 degrees much; joints 2 and 3 bear."""
+    for lean, unloaded in ((0.3, True), (30.0, False)):
+        down = [0.0, 9.81 * np.sin(np.radians(lean)), -9.81 * np.cos(np.radians(lean))]
+        arm = small_arm.arm().with_(gravity_m_s2=down)
+        data = simulate(arm, random_poses(arm, 40, seed=1), noise=small_arm.SIGMA)
+        noise = Noise((small_arm.SIGMA, small_arm.SIGMA, small_arm.SIGMA))
+        at = fit(prepared_problem(arm, data, [], noise, 1), [])
+        said = [bears_little(at, Hypothesis({"effect": "joint_compliance", "owner": f"joint{j}"})) for j in (1, 2, 3)]
+        assert said == [unloaded, False, False]
+        assert not bears_little(at, Hypothesis({"effect": "gravity_sag", "owner": "joint1"}))

@@ -19,6 +19,7 @@ from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.surrogate import AddedSurrogate
+from fastcal.surrogate.candidates import posture_inputs
 from fastcal.units import to_si
 
 from .rules.small_arm import arm, measured
@@ -97,3 +98,14 @@ def test_a_strong_cause_that_has_a_name_is_not_given_to_a_function() -> None:
     found = diagnose(arm(), measured([yields], rows=90))
     assert found.verdict == "named"
     assert [(f.label, f.in_model) for f in found.effects] == [("joint_compliance@joint2", True)]
+
+
+def test_no_surrogate_is_learnt_on_a_grid_of_few_positions() -> None:
+    """Rows held out of such a grid repeat those that are learnt; one joint at five positions shows what is between."""
+    random = np.random.default_rng(0)
+    few = random.choice([-1.0, 0.2, 0.9, 1.3], (50, 3))
+    assert not remaining_surrogate._shows_between(Dataset.from_arrays(few))
+    assert {"q3", "load1", "down2_x", "height"} <= posture_inputs(3)
+    assert posture_inputs(3).isdisjoint({"time", "temperature", "payload", "approach1"})
+    few[:5, 1] = np.linspace(-1.0, 1.3, 5)
+    assert remaining_surrogate._shows_between(Dataset.from_arrays(few))

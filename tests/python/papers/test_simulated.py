@@ -67,3 +67,10 @@ def test_a_search_finds_the_bottom_of_a_bowl_within_its_evaluations(search: Any)
     assert bowl.reached is not None
     assert bowl.reached <= bowl.evaluations <= 2000
     assert bowl.x == pytest.approx([0.3, 0.3], abs=0.04)
+
+
+def test_the_course_of_a_search_is_the_best_so_far() -> None:
+    f = Counted(lambda x: x[:, 0])
+    for values in ([5.0, 4.0], [6.0, 7.0], [1.0, 3.0]):
+        f(np.array(values)[:, np.newaxis])
+    assert f.best_by(np.array([1.0, 2.0, 4.0, 5.0, 6.0, 100.0])).tolist() == [4.0, 4.0, 4.0, 4.0, 1.0, 1.0]

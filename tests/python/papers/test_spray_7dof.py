@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from fastcal_studies import spray_7dof
+from fastcal_studies.spray_7dof_steps import DONE
 
 
 def test_beams_and_commands(monkeypatch: pytest.MonkeyPatch, shown: Callable[..., dict[str, Any]]) -> None:
@@ -19,9 +20,14 @@ def test_beams_and_commands(monkeypatch: pytest.MonkeyPatch, shown: Callable[...
     monkeypatch.setattr(spray_7dof, "MANY", 130)
     run = spray_7dof.one_arm(1, full=False)
     assert run["rank"] == 27
-    assert run["steps"]["removed"][-1] < spray_7dof.DONE
-    assert run["steps"]["damped"][-1] < spray_7dof.DONE
+    assert all(run["steps"][way][-1] < DONE for way in ("removed", "without", "damped", "kept_without"))
     assert max(run["steps"]["kept"]) > 1.0  # metres, on an arm of 4 m
+    assert run["left"]["removed"][-1] < 0.5 * run["left"]["without"][-1]
+    for path in (run["paths"][method] for method in ("levenberg", "truncated")):
+        flat = [y for used, y in zip(path["used"], path["unseen"], strict=True) if 26.9 < used < 27.1]
+        assert flat
+        assert max(flat) < 1.3 * run["paths"]["removed"]["unseen"]
+        assert max(y for y in path["unseen"] if y is not None) > 100 * max(flat)
     for axis in "XY":
         sent = [run["commands"][name][axis]["mean"] for name in ("best", "gravity", "rigid", "before")]
         assert sent == sorted(sent)

@@ -2,11 +2,18 @@
 # SPDX-License-Identifier: MIT
 """The RX160L study without networks: its hidden arm is tables 1 and 3, and its parts find them."""
 
+import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+import fastcal
+from fastcal.calibration.payload_pairs import from_payload_pairs, rows_in_pairs
+from fastcal.cli import main
+from fastcal.io.measurements_out import write_measurements
 from fastcal_studies import staubli_rx160l
 
 
@@ -28,3 +35,28 @@ def test_without_waves_tables_1_and_3_come_back(
     least, most = run["torques"]["14.0 kg"]
     assert max(abs(least[4]), abs(most[4])) < 5 < max(abs(least[0]), abs(most[0]))  # joint 6 hardly bears any
     shown("staubli_rx160l", run)
+
+
+def test_the_command_finds_row_by_row_what_payload_pairs_does_on_the_study(tmp_path: Path) -> None:
+    """Through files: its model leaves of each row of the study what (12) leaves with the same joints bent."""
+    nominal, measured, _, _ = staubli_rx160l.to_diagnose(0)
+    nominal.save(tmp_path / "robot.yaml")
+    write_measurements(tmp_path / "rows.csv", measured, nominal.joint_types)
+    asked = ["--joints", "2,3,4,5", "--torque", "payload", "-o", str(tmp_path / "out")]
+    assert main(["compliance", str(tmp_path / "robot.yaml"), str(tmp_path / "rows.csv"), *asked, "--quiet"]) == 0
+    told = json.loads((tmp_path / "out" / "compliance.json").read_text())["joints"]
+    kinds = {True: "joint_compliance_nonlinear@{}:torque=payload", False: "joint_compliance@{}"}
+    effects = [kinds[joint["corner"]].format(joint["owner"]) for joint in told]
+    assert {joint["corner"] for joint in told} == {True, False}
+    arm, model = (fastcal.load_robot(tmp_path / name) for name in ("robot.yaml", "out/model.yaml"))
+    rows, position, posture = rows_in_pairs(fastcal.load_measurements(tmp_path / "rows.csv", arm))
+    same = from_payload_pairs(arm, rows, effects=effects)
+    assert [(p.owner, p.name, p.value, p.std) for p in same.parameters] == [
+        (joint["owner"], name, value["value"], value["std"])
+        for joint in told
+        for name, value in joint["parameters"].items()
+    ]
+    off = model.poses(rows)[:, :3, 3] - position
+    off -= np.array([off[posture == k].mean(axis=0) for k in posture])
+    assert len(off) == 50 * 6
+    np.testing.assert_allclose(off, same.after, atol=1e-12)

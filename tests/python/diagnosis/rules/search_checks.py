@@ -267,6 +267,31 @@ def waves_of_other_orders_begin_the_search_again() -> None:
     assert level == "level 2"
 
 
+def a_search_that_was_cut_short_begins_again_once_with_what_a_scan_names() -> None:
+    for scanned, last in ((["jump"], 1), ([], 0)):
+        begun: list[int] = []
+        problems = [SimpleNamespace(names=scanned * k, noise=None) for k in range(3)]
+
+        def rivals_of(problem: SimpleNamespace, begun: list[int] = begun) -> SimpleNamespace:
+            best = SimpleNamespace(bic=0.0, suffices=True, impossible=False)
+            search = SimpleNamespace(grow=lambda: begun.append(0) or [[best]], is_cut_short=True, problem=problem)
+            return SimpleNamespace(search=search, names_are_hopeless=False, again=rivals_of)
+
+        def next_of(
+            search: SimpleNamespace, best: object, sigma: object, problems: list[SimpleNamespace] = problems
+        ) -> tuple[SimpleNamespace, str]:
+            return problems[problems.index(search.problem) + 1], "level"
+
+        with (
+            mock.patch.object(rounds, "Search", lambda problem, notify: problem),
+            mock.patch.object(rivals, "Rivals", rivals_of),
+            mock.patch.object(rounds, "_again", next_of),
+        ):
+            plain, _, _ = rounds.searched(problems[0], "level 0", None, print)
+        assert plain.search.problem is problems[last]
+        assert len(begun) == last + 1
+
+
 @falls_with(RESTART_BELOW=0.0)
 @falls_with(RESTART_BELOW=1.0)
 def markedly_less_noise_begins_the_search_again() -> None:
