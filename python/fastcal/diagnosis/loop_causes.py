@@ -12,7 +12,10 @@ their plausible errors (1 mm, 1 mrad) and s, how well this robot was built, foun
 to the variance of its own one to three columns; by it the likelihood, without what F takes (REML, H. Patterson and
 R. Thompson 1971), rises at the best s and w of each by
 
-    gain = 2 (max l(s, w) - max l(s, 0)).
+    gain = 2 (max l(s, w) - max l(s, 0)),
+
+by chance about that of one variance more. Rods off by centimetres bend the rows: each hypothesis is looked at where
+the geometry is likeliest with its s and w.
 
 A place or direction of a joint is tried in the same way and never named: where it leads, nothing is. A rod and pins
 that are moved along it are told apart as far as the directions that the rod takes differ; what is not is equivalent.
@@ -43,7 +46,11 @@ FloatArray = NDArray[np.float64]
 _SPREADS = np.geomspace(1e-3, 30.0, 61)  # s over which the likelihood is looked at [plausible sizes]
 _WIDTHS = np.geomspace(0.05, 100.0, 41)  # w
 _ROUNDING = 1e-9  # of the largest singular value
-_ROUNDS, _WIDE = 6, 3.0  # of linearizing; plausible sizes
+_ROUNDS, _SHORTER = 8, 6  # of linearizing; thirds of a step that makes nothing better
+_NARROWEST = 0.05  # s of a step: without play no step moves
+_LONGEST = 3.0  # of a step [plausible sizes]
+_SETTLED = 0.5  # of the cost
+_LOOKED_AT = 6  # causes whose own geometry is looked for, the best at that of all
 _FITS = 1.5  # standard deviations that may be left of a number: beyond, rows and geometry do not belong together
 _JOINT = "joint"
 
@@ -120,6 +127,13 @@ class _Rows:
         return np.asarray(value), np.sqrt(np.maximum(np.diag(spread), 0.0))
 
 
+class _Place(NamedTuple):
+    """A fit, and its rows at the geometry of the file."""
+
+    at: Fit
+    rows: _Rows
+
+
 def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_found: bool) -> Finding | None:
     """The constant of a loop that is surely not as the robot file says; None where there is none, or no loop.
 
@@ -133,27 +147,31 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
         return None
     known, size = _sizes(at)
     causes = _causes(known)
-    at = at if _fits(at) else _near_the_file(at, size)
-    if not _fits(at):
+    plain = _likeliest(at, size, [])
+    likelihood = float(plain.rows.likelihoods().max())
+    gains = np.array([plain.rows.gain(cause) for cause in causes])
+    places = {}
+    for i in np.argsort(-gains)[:_LOOKED_AT].tolist():
+        places[i] = _likeliest(plain.at, size, causes[i].columns)
+        gains[i] = float(places[i].rows.likelihoods(causes[i].columns).max()) - likelihood
+    named = [i for i in places if causes[i].effect != _JOINT]
+    if not named:
         return None
-    F, Z, y, row = _at_the_file(at, size)
-    whole = _Rows.of(F, Z, y)
-    gains = np.array([whole.gain(cause) for cause in causes])
-    first = int(np.argmax(gains))
-    cause, gain = causes[first], float(gains[first])
-    p = min(1.0, float(stats.chi2.sf(max(gain, 0.0), len(cause.columns))) * len(causes))
+    first = max(named, key=lambda i: float(gains[i]))
+    cause, gain, there = causes[first], float(gains[first]), places[first]
+    p = min(1.0, float(stats.chi2.sf(max(gain, 0.0), 1)) * len(causes))
     name = f"{cause.effect}@{cause.owner}"
-    if p > rules.ALPHA_RIG or cause.effect == _JOINT or {cause.effect, name} & set(excluded):
+    if p > rules.ALPHA_RIG or gains.max() > gain or {cause.effect, name} & set(excluded) or not _fits(there.at):
         return None
     near = [causes[i] for i in np.flatnonzero(gains > gain - rules.RIG_LEAD) if causes[i][:2] != cause[:2]]
-    share, error, stability = _held_out(F, Z, y, row, causes, first)
+    share, error, stability = _held_out(*_at_the_file(there.at, size), causes, first)
     doubts = {
         Reason.EQUIVALENTS: bool(near),
         Reason.UNSTABLE: stability < 1,
         Reason.NAMES_EXCLUDED: bool(excluded),
     }
-    limits = tuple(Because(reason) for reason, there in doubts.items() if there)
-    value, std = (part * size[np.isfinite(size)][cause.columns] for part in whole.estimate(cause.columns))
+    limits = tuple(Because(reason) for reason, is_so in doubts.items() if is_so)
+    value, std = (part * size[np.isfinite(size)][cause.columns] for part in there.rows.estimate(cause.columns))
     return Finding(
         cause.effect,
         cause.owner,
@@ -174,22 +192,47 @@ def _fits(at: Fit) -> bool:
     return bool(np.mean(left[row >= 0] ** 2) < _FITS**2)
 
 
-def _near_the_file(at: Fit, size: FloatArray) -> Fit:
-    """The fit linearized where geometry is likeliest with errors of a few plausible sizes, by steps from the file.
-
-    A fit that holds nothing may lie far out along what the rows do not show, where they bend.
-    """
-    is_inner, free = np.isfinite(size), np.array(at.free)
-    theta = at.theta.copy()
-    theta[: at.problem.own] = at.centre[: at.problem.own]
+def _likeliest(at: Fit, size: FloatArray, columns: list[int]) -> _Place:
+    """Where the geometry is likeliest if `columns` may be off together: steps of Newton, each beside its s and w."""
+    free, is_inner = np.array(at.free), np.isfinite(size)
     for _ in range(_ROUNDS):
-        at = replace(at, theta=theta, near=at.problem.linearized(at.model, at.samples, theta), squares=None)
         F, Z, y, _ = _at_the_file(at, size)
-        found = _by_rows(F, Z * _WIDE, y)
-        theta = theta.copy()
-        theta[free[~is_inner]] += found[: F.shape[1]]
-        theta[free[is_inner]] = at.centre[free[is_inner]] + found[F.shape[1] :] * _WIDE * size[is_inner]
+        rows = _Rows.of(F, Z, y)
+        s, w = rows.best(columns) if columns else (rows.spread(), 0.0)
+        wide = np.full(Z.shape[1], max(s, _NARROWEST))
+        wide[columns] = np.hypot(wide[columns], w)
+        found = _by_rows(F, Z * wide, y)
+        step = np.zeros(len(at.theta))
+        step[free[~is_inner]] = found[: F.shape[1]]
+        step[free[is_inner]] = (at.centre - at.theta)[free[is_inner]] + found[F.shape[1] :] * wide * size[is_inner]
+        longest = np.abs(step[free[is_inner]] / size[is_inner]).max()
+        share = min(1.0, _LONGEST / max(float(longest), np.finfo(float).tiny))
+        before = _cost(at, size, wide)
+        for shorter in share / 3.0 ** np.arange(_SHORTER):
+            there = _moved(at, at.theta + shorter * step)
+            cost = _cost(there, size, wide)
+            if cost < before:
+                break
+        else:
+            break
+        at = there
+        if shorter == 1 and before - cost < _SETTLED:
+            break
+    F, Z, y, _ = _at_the_file(at, size)
+    return _Place(at, _Rows.of(F, Z, y))
+
+
+def _moved(at: Fit, theta: FloatArray) -> Fit:
     return replace(at, theta=theta, near=at.problem.linearized(at.model, at.samples, theta), squares=None)
+
+
+def _cost(at: Fit, size: FloatArray, wide: FloatArray) -> float:
+    """Squares of the rows and of the geometry's errors over `wide` plausible sizes; infinite where rows fold."""
+    A, r, row = at.whitened
+    is_inner = np.isfinite(size)
+    errors = (at.theta - at.centre)[at.free][is_inner] / size[is_inner] / wide
+    cost = float(r[row >= 0] @ r[row >= 0] + errors @ errors)
+    return cost if np.isfinite(cost) and np.isfinite(A).all() else np.inf
 
 
 def _sizes(at: Fit) -> tuple[list[_core.Parameter], FloatArray]:

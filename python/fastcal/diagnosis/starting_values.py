@@ -55,6 +55,20 @@ def carried(
     return theta
 
 
+def first_guess(
+    problem: Problem,
+    entries: Sequence[Spec],
+    effects: Sequence[_core.Effect],
+    model: _core.ErrorModel,
+    start: Fit | None,
+) -> FloatArray:
+    """(P,) `carried`; with closed loops the first geometry is a robust fit's (`near_the_file`)."""
+    theta = carried(problem, entries, effects, model, start)
+    if start is None and problem.start.robot.passive and not problem.has_nominal_arm:
+        theta[: problem.own] = problem.start.near_the_file[: problem.own]
+    return theta
+
+
 def values_by_name(
     entries: Sequence[Spec], effects: Sequence[_core.Effect], theta: FloatArray
 ) -> dict[Hashable, dict[str, float]]:
