@@ -8,9 +8,10 @@ What is asked is which one of them is off by more than machining leaves. Whitene
     y = F b + Z d + e,   e ~ N(0, 1),   d_k ~ N(0, s^2 size_k^2)
 
 F the columns of base, tool, effects and observations, of which nothing is known, Z those of the joints and loops, size
-their plausible errors (1 mm, 1 mrad) and s, how well this robot was built, found from the rows. A cause adds w^2 size^2
-to the variance of its own one to three columns; by it the likelihood, without what F takes (REML, H. Patterson and
-R. Thompson 1971), rises at the best s and w of each by
+their plausible errors (1 mm, 1 mrad) and s, how well this robot was built, found from the rows; 1 or less is as likely
+as any, beyond it the density of ln s falls as s^-2. A cause adds w^2 size^2 to the variance of its own one to three
+columns; by it the likelihood, without what F takes (REML, H. Patterson and R. Thompson 1971), rises at the best s and
+w of each by
 
     gain = 2 (max l(s, w) - max l(s, 0)),
 
@@ -44,6 +45,7 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 
 _SPREADS = np.geomspace(1e-3, 30.0, 61)  # s over which the likelihood is looked at [plausible sizes]
+_KNOWN = -4 * np.log(np.maximum(_SPREADS, 1.0))  # 2 log of what is believed of s: 1 or less, beyond it falls as s^-2
 _WIDTHS = np.geomspace(0.05, 100.0, 41)  # w
 _ROUNDING = 1e-9  # of the largest singular value
 _ROUNDS, _SHORTER = 8, 6  # of linearizing; thirds of a step that makes nothing better
@@ -89,7 +91,7 @@ class _Rows:
     def likelihoods(self, columns: Sequence[int] = ()) -> FloatArray:
         """(S, W) 2 l over _SPREADS and _WIDTHS of these columns; (S, 1) without columns."""
         V = 1 + _SPREADS[:, np.newaxis] ** 2 * self.variance
-        plain = np.asarray(-(np.log(V) + self.y**2 / V).sum(axis=1)[:, np.newaxis])
+        plain = (_KNOWN - (np.log(V) + self.y**2 / V).sum(axis=1))[:, np.newaxis]
         if not columns:
             return plain
         G = self.Z[:, columns]
@@ -160,17 +162,19 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
     first = max(named, key=lambda i: float(gains[i]))
     cause, gain, there = causes[first], float(gains[first]), places[first]
     p = min(1.0, float(stats.chi2.sf(max(gain, 0.0), 1)) * len(causes))
+    sure = float(stats.chi2.isf(rules.ALPHA_RIG / len(causes), 1))
     name = f"{cause.effect}@{cause.owner}"
-    if p > rules.ALPHA_RIG or gains.max() > gain or {cause.effect, name} & set(excluded) or not _fits(there.at):
+    if p > rules.ALPHA_SCAN or gains.max() > gain or {cause.effect, name} & set(excluded) or not _fits(there.at):
         return None
     near = [causes[i] for i in np.flatnonzero(gains > gain - rules.RIG_LEAD) if causes[i][:2] != cause[:2]]
     share, error, stability = _held_out(*_at_the_file(there.at, size), causes, first)
     doubts = {
-        Reason.EQUIVALENTS: bool(near),
-        Reason.UNSTABLE: stability < 1,
-        Reason.NAMES_EXCLUDED: bool(excluded),
+        Because(Reason.WEAK_SIGNAL, gain**0.5, sure**0.5): gain < sure,
+        Because(Reason.EQUIVALENTS): bool(near),
+        Because(Reason.UNSTABLE, stability): stability < 1,
+        Because(Reason.NAMES_EXCLUDED): bool(excluded),
     }
-    limits = tuple(Because(reason) for reason, is_so in doubts.items() if is_so)
+    limits = tuple(reason for reason, is_so in doubts.items() if is_so)
     value, std = (part * size[np.isfinite(size)][cause.columns] for part in there.rows.estimate(cause.columns))
     return Finding(
         cause.effect,
