@@ -18,8 +18,9 @@ w of each by
 by chance about that of one variance more. Rods off by centimetres bend the rows: each hypothesis is looked at where
 the geometry is likeliest with its s and w.
 
-A place or direction of a joint is tried in the same way and never named: where it leads, nothing is. A rod and pins
-that are moved along it are told apart as far as the directions that the rod takes differ; what is not is equivalent.
+A place or direction of a joint is tried in the same way and named only as what else it may be: where it leads clearly,
+nothing is. A rod and pins that are moved along it are told apart as far as the directions that the rod takes differ;
+what is not is equivalent.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.result import Finding, NamedValue
 from fastcal.effects.entries import edge_name, edge_unit
-from fastcal.effects.rig_traits import LOOP_GEAR, LOOP_LENGTH, LOOP_PIN, LOOP_TURN
+from fastcal.effects.rig_traits import JOINT_PLACE, LOOP_GEAR, LOOP_LENGTH, LOOP_PIN, LOOP_TURN
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -54,11 +55,10 @@ _LONGEST = 3.0  # of a step [plausible sizes]
 _SETTLED = 0.5  # of the cost
 _LOOKED_AT = 6  # causes whose own geometry is looked for, the best at that of all
 _FITS = 1.5  # standard deviations that may be left of a number: beyond, rows and geometry do not belong together
-_JOINT = "joint"
 
 
 class _Cause(NamedTuple):
-    """One to three columns of the geometry that may be off together; `effect` is "joint" where it has no name."""
+    """One to three columns of the geometry that may be off together."""
 
     effect: str
     owner: str
@@ -91,7 +91,7 @@ class _Rows:
     def likelihoods(self, columns: Sequence[int] = ()) -> FloatArray:
         """(S, W) 2 l over _SPREADS and _WIDTHS of these columns; (S, 1) without columns."""
         V = 1 + _SPREADS[:, np.newaxis] ** 2 * self.variance
-        plain = (_KNOWN - (np.log(V) + self.y**2 / V).sum(axis=1))[:, np.newaxis]
+        plain = np.asarray(_KNOWN - (np.log(V) + self.y**2 / V).sum(axis=1))[:, np.newaxis]
         if not columns:
             return plain
         G = self.Z[:, columns]
@@ -156,7 +156,7 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
     for i in np.argsort(-gains)[:_LOOKED_AT].tolist():
         places[i] = _likeliest(plain.at, size, causes[i].columns)
         gains[i] = float(places[i].rows.likelihoods(causes[i].columns).max()) - likelihood
-    named = [i for i in places if causes[i].effect != _JOINT]
+    named = [i for i in places if causes[i].effect != JOINT_PLACE]
     if not named:
         return None
     first = max(named, key=lambda i: float(gains[i]))
@@ -164,7 +164,12 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
     p = min(1.0, float(stats.chi2.sf(max(gain, 0.0), 1)) * len(causes))
     sure = float(stats.chi2.isf(rules.ALPHA_RIG / len(causes), 1))
     name = f"{cause.effect}@{cause.owner}"
-    if p > rules.ALPHA_SCAN or gains.max() > gain or {cause.effect, name} & set(excluded) or not _fits(there.at):
+    if (
+        p > rules.ALPHA_SCAN
+        or gains.max() > gain + rules.RIG_LEAD
+        or {cause.effect, name} & set(excluded)
+        or not _fits(there.at)
+    ):
         return None
     near = [causes[i] for i in np.flatnonzero(gains > gain - rules.RIG_LEAD) if causes[i][:2] != cause[:2]]
     share, error, stability = _held_out(*_at_the_file(there.at, size), causes, first)
@@ -183,7 +188,7 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
         _shown([known[k] for k in cause.columns], value, std),
         float(np.sqrt(gain)),
         p,
-        tuple((other.effect, other.owner) for other in near if other.effect != _JOINT),
+        tuple(dict.fromkeys((other.effect, other.owner) for other in near)),
         (share, error),
         stability,
         limits,
@@ -264,7 +269,7 @@ def _causes(parameters: Sequence[_core.Parameter]) -> list[_Cause]:
     out: dict[tuple[str, str, str], list[int]] = {}
     for k, p in enumerate(parameters):
         if p.owner.startswith("joint"):
-            effect, part = _JOINT, p.unit
+            effect, part = JOINT_PLACE, p.unit
         elif p.name == "length":
             effect, part = LOOP_LENGTH, ""
         elif p.name.startswith(("from_", "to_")):
