@@ -7,9 +7,10 @@ postures with a noise of 0.05 mm. Counted are all identified parameters of joint
 holds depends on the robot, and what a held one is off moves into others; so the truth of a set is what the same
 readings with a thousandth of their noise give for the very same parameters. `error` is how far predicted points lie
 off in 50 other postures (root of the mean square of a coordinate), over the error that the noise makes inevitable,
-sigma (P / 3 N)^0.5.
+sigma (P / 3 N)^0.5. With `--mujoco` (delta, delta_printer, five_bar) the points are MuJoCo's, `mujoco_world.py`.
 
-    python bench/python/bench_loop_coverage.py [--sets 100] [--robots NAME ...] [--noise-mm 0.05] [--out FILE]
+    python bench/python/bench_loop_coverage.py [--sets 100] [--robots NAME ...] [--noise-mm 0.05] [--mujoco]
+        [--out FILE]
 """
 
 from __future__ import annotations
@@ -22,21 +23,36 @@ from typing import Any
 
 import numpy as np
 from bench_coverage import wilson
+from numpy.typing import NDArray
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.simulation import perturbed, random_poses, simulate
 from fastcal.errors import InvalidInput
 from fastcal.io.atomic import write_text
 from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
 from fastcal.robots import available, serial
 from fastcal.units import from_si, to_si
+
+FloatArray = NDArray[np.float64]
 
 POSES, TESTS = 100, 50
 NOISE = to_si(0.05, "mm")
 FAINT = 1e-3  # of the noise
 
 
-def trial(name: str, seed: int, sigma: float = NOISE) -> dict[str, float] | None:
+def measured(truth: Robot, q: FloatArray, sigma: float, seed: int, *, by_mujoco: bool) -> Dataset:
+    """Points of a robot in postures q, by fastcal or by MuJoCo."""
+    if not by_mujoco:
+        return simulate(truth, q, noise=sigma, seed=seed)
+    from mujoco_world import MujocoWorld
+
+    points = MujocoWorld(truth.spec).points(q) + sigma * np.random.default_rng(seed).standard_normal((len(q), 3))
+    return Dataset.from_arrays(q, position=points, robot=truth)
+
+
+def trial(name: str, seed: int, sigma: float = NOISE, *, by_mujoco: bool = False) -> dict[str, float] | None:
     """Sums of one set whose points have a noise of sigma [m].
 
     None where it is refused or did not converge, or where less noise shows other parameters.
@@ -47,9 +63,10 @@ def trial(name: str, seed: int, sigma: float = NOISE) -> dict[str, float] | None
     truth = perturbed(nominal, seed=arm)
     q = random_poses(truth, POSES, seed=poses)
     try:
-        found = calibrate(nominal, simulate(truth, q, noise=sigma, seed=noise), loss="none", priors=False)
+        data = measured(truth, q, sigma, noise, by_mujoco=by_mujoco)
+        found = calibrate(nominal, data, loss="none", priors=False)
         names = full_names(found)
-        faint = simulate(truth, q, noise=FAINT * sigma, seed=noise)
+        faint = measured(truth, q, FAINT * sigma, noise, by_mujoco=by_mujoco)
         there = calibrate(nominal, faint, parameters=names, loss="none", checks=False, priors=False)
     except InvalidInput:  # a refusal, such as of identified loops that do not close at the start posture
         return None
@@ -99,12 +116,13 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=100)
     parser.add_argument("--robots", nargs="+", choices=looped, default=looped)
     parser.add_argument("--noise-mm", type=float, default=from_si(NOISE, "mm"))
+    parser.add_argument("--mujoco", action="store_true")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     sigma = to_si(options.noise_mm, "mm")
     rows: dict[str, Any] = {}
     for name in options.robots:
-        rows[name] = row_of([trial(name, seed, sigma) for seed in range(options.sets)])
+        rows[name] = row_of([trial(name, seed, sigma, by_mujoco=options.mujoco) for seed in range(options.sets)])
         print(name, json.dumps(rows[name]), flush=True)
         if options.out:
             write_text(options.out, json.dumps({"poses": POSES, "noise_m": sigma, "robots": rows}, indent=1) + "\n")

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "fastcal/kernels/chain_rows.hpp"
 #include "fastcal/kernels/normal_sums.hpp"
@@ -141,6 +142,20 @@ NullSpace null_space(const Eigen::MatrixXd& R, const GaugeOptions& options) {
   return out;
 }
 
+/// A held parameter and a free one that the smallest error of the first moves far; nothing where there is none, or it
+/// is one of which nothing is known to hold it at, as the place of the base.
+std::optional<std::pair<int, int>> runaway(const Gauge& gauge, const Eigen::VectorXd& hold) {
+  constexpr double kRunsAway = 100;  // plausible sizes by one of the held parameter
+  constexpr double kKnown = 1e-4;    // fixing_priority()
+  for (std::size_t k = 0; k < gauge.held.size(); ++k) {
+    for (const int j : gauge.free) {
+      if (hold[j] > kKnown && std::abs(gauge.directions(j, static_cast<Eigen::Index>(k))) > kRunsAway)
+        return std::pair(gauge.held[k], j);
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 bool parts_clearly(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptions& options) {
@@ -162,12 +177,19 @@ Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const 
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr((hold.asDiagonal() * null).transpose());
     for (Eigen::Index k = 0; k < lost; ++k) is_held[static_cast<std::size_t>(qr.colsPermutation().indices()[k])] = true;
   }
-  for (int k = 0; k < p; ++k) (is_held[static_cast<std::size_t>(k)] ? gauge.held : gauge.free).push_back(k);
-  if (lost > 0) {
-    const Eigen::MatrixXd at_held = null(gauge.held, Eigen::all);
-    gauge.directions = divided(null, at_held);
-  } else {
-    gauge.directions.resize(p, 0);
+  const auto part = [&] {
+    gauge.held.clear();
+    gauge.free.clear();
+    for (int k = 0; k < p; ++k) (is_held[static_cast<std::size_t>(k)] ? gauge.held : gauge.free).push_back(k);
+    gauge.directions = lost > 0 ? divided(null, null(gauge.held, Eigen::all)) : Eigen::MatrixXd(p, 0);
+  };
+  part();
+  // Whatever the priorities: what runs away beside a parameter that is held is held in its stead. Each exchange makes
+  // the held part of the null basis kRunsAway times as large at least, so they end.
+  for (std::optional<std::pair<int, int>> found; (found = runaway(gauge, hold));) {
+    is_held[static_cast<std::size_t>(found->first)] = false;
+    is_held[static_cast<std::size_t>(found->second)] = true;
+    part();
   }
   return gauge;
 }

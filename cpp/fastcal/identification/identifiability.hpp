@@ -36,7 +36,8 @@ bool parts_clearly(const Eigen::MatrixXd& R, Eigen::Index rank, const GaugeOptio
 /// Chooses the gauge: singular directions by SVD of R (by QR, and the weak ones by the inverse of its triangle, where
 /// that tells the same), then the parameters to hold by QR with column pivoting of the null basis, weighted by `hold`
 /// (large: hold this rather than others), which keeps what is left as well conditioned as the data allow (G. Golub,
-/// C. Van Loan, "Matrix Computations", 4th ed., 5.5.7: subset selection).
+/// C. Van Loan, "Matrix Computations", 4th ed., 5.5.7: subset selection). Whatever `hold` says, one that would run
+/// away by the smallest error of a held one is held in its stead.
 Gauge choose_gauge(const Eigen::MatrixXd& R, const Eigen::VectorXd& hold, const GaugeOptions& options = {});
 
 /// Priority of holding a parameter: base, tool and set-ups last (no arm is measured without them), beta first (it

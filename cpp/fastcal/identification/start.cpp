@@ -73,7 +73,9 @@ void try_mirror(FitState& fit, Limits weak, const PlacedObservation& of) {
 }  // namespace
 
 bool coarse_fit(FitState& fit) {
-  constexpr double kWeak = 30;  // plausible sizes
+  constexpr double kWeak = 30;      // plausible sizes
+  constexpr double kWeakLoops = 3;  // rods far from theirs assemble in another way, from where no step leads back
+  const double reach = fit.problem.model.robot().chain().has_loops() ? kWeakLoops : kWeak;
   Limits weak = fit.limits;
   if (!fit.has_priors()) {
     weak.prior_mean = fit.start;
@@ -82,7 +84,7 @@ bool coarse_fit(FitState& fit) {
   for (std::size_t k = 0; k < fit.asked.size(); ++k) {
     double& sigma = weak.prior_sigma[fit.asked[k]];
     if (!std::isfinite(sigma)) weak.prior_mean[fit.asked[k]] = fit.start[fit.asked[k]];
-    sigma = std::min(sigma, kWeak * fit.scale[static_cast<Eigen::Index>(k)]);
+    sigma = std::min(sigma, reach * fit.scale[static_cast<Eigen::Index>(k)]);
   }
   fit.tau = noise(fit, NoiseRule::kMedian, LossKind::kHuber);
   const bool settled = settle_coarsely(fit, weak);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kEvaluations = 120;
 constexpr double kTurnCounts = 1e-4;  // beside the point, of an arm of fewer than six joints
-constexpr double kTurnLeft = 0.01;    // [rad] more than that is another pose
+constexpr double kTurnLeft = 0.035;   // [rad] more than that is another pose; less may be its own error
 constexpr double kSingular = 1e-6;    // as of a chain
 
 }  // namespace

@@ -131,7 +131,7 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
     from fastcal.programs.measuring import check_axes
     from fastcal.units import from_si
 
-    check_axes(robot.joint_types)  # before the search for the cube, which may take long
+    check_axes(robot.axis_types)  # before the search for the cube, which may take long
     with progress() as show:
         show("placing the cube")
         made = plan_acceptance(robot, program=output.name, **options)

@@ -25,7 +25,7 @@ from fastcal.compensation.configurations import Configurations, at_axes
 from fastcal.compensation.motion import at_rest
 from fastcal.compensation.one_step import one_step
 from fastcal.compensation.places import Places
-from fastcal.compensation.singular_targets import command_by_small_moves
+from fastcal.compensation.singular_targets import command_by_small_moves, left_to_the_bars
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.ik.inverse_kinematics import inverse_kinematics
@@ -161,7 +161,7 @@ def _compensated(
     """(N, n) joints that bring the real tool where the nominal robot has it at q_nominal; notes on singular ones."""
     poses = places.nominal.forward(q_nominal)
     found = inverse_kinematics(places.robot, poses, seed=q_nominal, restarts=0, threads=threads, **conditions)
-    q, notes = np.array(found.q), []
+    q, notes = np.array(found.q), left_to_the_bars(places.robot, found)
     for i, target in enumerate(places.program.targets):
         swings = target.kind == "joints" and np.abs(_turns(places.nominal, q[i] - q_nominal[i])).max() > _MOST_TURN
         if found.reached[i] and not swings:

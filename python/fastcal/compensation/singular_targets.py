@@ -15,11 +15,14 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.compensation.one_step import pose_errors
+from fastcal.ik.inverse_kinematics import InverseKinematics
 from fastcal.robot.robot import Robot
+from fastcal.units import from_si
 
 # Of the largest singular value: about 4 degrees from a singular wrist; the others are left alone.
 SINGULAR_SHARE = 0.03
 _ROUNDS = 20
+_FREEDOMS = 6  # of a pose
 _DONE = 1e-9  # rad or m
 _SAME_PLACE = 1e-8  # [m]
 _MOST_MOVE = 0.35  # [rad or m] of a joint: more is no small move
@@ -66,6 +69,15 @@ def command_by_small_moves(
         if np.abs(step).max() < _DONE:
             break
     return command, left
+
+
+def left_to_the_bars(robot: Robot, found: InverseKinematics) -> list[str]:
+    """What an arm whose bars keep its wrist level leaves of orientations, in a sentence; nothing of others."""
+    motors = robot.joint_count - len(robot.passive)
+    if not robot.passive or motors >= _FREEDOMS or not found.reached.any():
+        return []
+    most = from_si(float(found.rotation_error[found.reached].max()), "deg")
+    return [f"{motors} motors meet points, and of orientations what the bars let them: up to {most:.3f} deg are left"]
 
 
 def _is_nearer(then: FloatArray, left: FloatArray) -> bool:

@@ -35,7 +35,7 @@ from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Linearization, Problem
 from fastcal.diagnosis.projection import basis, root, root_again
-from fastcal.diagnosis.starting_values import carried
+from fastcal.diagnosis.starting_values import carried, first_guess
 from fastcal.robot.robot import Spec
 from fastcal.robot.se3 import inverse
 
@@ -291,7 +291,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     model, samples = problem.model(entries, problem.kept, effects)
     places = len(problem.unknowns)
     before = problem.unknowns if start is None or places == 0 else start.theta[-places:]
-    theta = np.concatenate([carried(problem, entries, effects, model, start), before])
+    theta = np.concatenate([first_guess(problem, entries, effects, model, start), before])
     centre = np.concatenate([carried(problem, entries, effects, model, None, corners=start), problem.unknowns])
     free = [*problem.geometry, *range(problem.own, len(theta))]
     no_bound = np.full(places, np.inf)

@@ -8,14 +8,19 @@ What is asked is which one of them is off by more than machining leaves. Whitene
     y = F b + Z d + e,   e ~ N(0, 1),   d_k ~ N(0, s^2 size_k^2)
 
 F the columns of base, tool, effects and observations, of which nothing is known, Z those of the joints and loops, size
-their plausible errors (1 mm, 1 mrad) and s, how well this robot was built, found from the rows. A cause adds w^2 size^2
-to the variance of its own one to three columns; by it the likelihood, without what F takes (REML, H. Patterson and
-R. Thompson 1971), rises at the best s and w of each by
+their plausible errors (1 mm, 1 mrad) and s, how well this robot was built, found from the rows; 1 or less is as likely
+as any, beyond it the density of ln s falls as s^-2. A cause adds w^2 size^2 to the variance of its own one to three
+columns; by it the likelihood, without what F takes (REML, H. Patterson and R. Thompson 1971), rises at the best s and
+w of each by
 
-    gain = 2 (max l(s, w) - max l(s, 0)).
+    gain = 2 (max l(s, w) - max l(s, 0)),
 
-A place or direction of a joint is tried in the same way and never named: where it leads, nothing is. A rod and pins
-that are moved along it are told apart as far as the directions that the rod takes differ; what is not is equivalent.
+by chance about that of one variance more. Rods off by centimetres bend the rows: each hypothesis is looked at where
+the geometry is likeliest with its s and w.
+
+A place or direction of a joint is tried in the same way and named only as what else it may be: where it leads clearly,
+nothing is. A rod and pins that are moved along it are told apart as far as the directions that the rod takes differ;
+what is not is equivalent.
 """
 
 from __future__ import annotations
@@ -34,22 +39,26 @@ from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.result import Finding, NamedValue
 from fastcal.effects.entries import edge_name, edge_unit
-from fastcal.effects.rig_traits import LOOP_GEAR, LOOP_LENGTH, LOOP_PIN, LOOP_TURN
+from fastcal.effects.rig_traits import JOINT_PLACE, LOOP_GEAR, LOOP_LENGTH, LOOP_PIN, LOOP_TURN
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
 _SPREADS = np.geomspace(1e-3, 30.0, 61)  # s over which the likelihood is looked at [plausible sizes]
+_KNOWN = -4 * np.log(np.maximum(_SPREADS, 1.0))  # 2 log of what is believed of s: 1 or less, beyond it falls as s^-2
 _WIDTHS = np.geomspace(0.05, 100.0, 41)  # w
 _ROUNDING = 1e-9  # of the largest singular value
-_ROUNDS, _WIDE = 6, 3.0  # of linearizing; plausible sizes
+_ROUNDS, _SHORTER = 8, 6  # of linearizing; thirds of a step that makes nothing better
+_NARROWEST = 0.05  # s of a step: without play no step moves
+_LONGEST = 3.0  # of a step [plausible sizes]
+_SETTLED = 0.5  # of the cost
+_LOOKED_AT = 6  # causes whose own geometry is looked for, the best at that of all
 _FITS = 1.5  # standard deviations that may be left of a number: beyond, rows and geometry do not belong together
-_JOINT = "joint"
 
 
 class _Cause(NamedTuple):
-    """One to three columns of the geometry that may be off together; `effect` is "joint" where it has no name."""
+    """One to three columns of the geometry that may be off together."""
 
     effect: str
     owner: str
@@ -82,7 +91,7 @@ class _Rows:
     def likelihoods(self, columns: Sequence[int] = ()) -> FloatArray:
         """(S, W) 2 l over _SPREADS and _WIDTHS of these columns; (S, 1) without columns."""
         V = 1 + _SPREADS[:, np.newaxis] ** 2 * self.variance
-        plain = np.asarray(-(np.log(V) + self.y**2 / V).sum(axis=1)[:, np.newaxis])
+        plain = np.asarray(_KNOWN - (np.log(V) + self.y**2 / V).sum(axis=1))[:, np.newaxis]
         if not columns:
             return plain
         G = self.Z[:, columns]
@@ -120,6 +129,13 @@ class _Rows:
         return np.asarray(value), np.sqrt(np.maximum(np.diag(spread), 0.0))
 
 
+class _Place(NamedTuple):
+    """A fit, and its rows at the geometry of the file."""
+
+    at: Fit
+    rows: _Rows
+
+
 def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_found: bool) -> Finding | None:
     """The constant of a loop that is surely not as the robot file says; None where there is none, or no loop.
 
@@ -133,27 +149,38 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
         return None
     known, size = _sizes(at)
     causes = _causes(known)
-    at = at if _fits(at) else _near_the_file(at, size)
-    if not _fits(at):
+    plain = _likeliest(at, size, [])
+    likelihood = float(plain.rows.likelihoods().max())
+    gains = np.array([plain.rows.gain(cause) for cause in causes])
+    places = {}
+    for i in np.argsort(-gains)[:_LOOKED_AT].tolist():
+        places[i] = _likeliest(plain.at, size, causes[i].columns)
+        gains[i] = float(places[i].rows.likelihoods(causes[i].columns).max()) - likelihood
+    named = [i for i in places if causes[i].effect != JOINT_PLACE]
+    if not named:
         return None
-    F, Z, y, row = _at_the_file(at, size)
-    whole = _Rows.of(F, Z, y)
-    gains = np.array([whole.gain(cause) for cause in causes])
-    first = int(np.argmax(gains))
-    cause, gain = causes[first], float(gains[first])
-    p = min(1.0, float(stats.chi2.sf(max(gain, 0.0), len(cause.columns))) * len(causes))
+    first = max(named, key=lambda i: float(gains[i]))
+    cause, gain, there = causes[first], float(gains[first]), places[first]
+    p = min(1.0, float(stats.chi2.sf(max(gain, 0.0), 1)) * len(causes))
+    sure = float(stats.chi2.isf(rules.ALPHA_RIG / len(causes), 1))
     name = f"{cause.effect}@{cause.owner}"
-    if p > rules.ALPHA_RIG or cause.effect == _JOINT or {cause.effect, name} & set(excluded):
+    if (
+        p > rules.ALPHA_SCAN
+        or gains.max() > gain + rules.RIG_LEAD
+        or {cause.effect, name} & set(excluded)
+        or not _fits(there.at)
+    ):
         return None
     near = [causes[i] for i in np.flatnonzero(gains > gain - rules.RIG_LEAD) if causes[i][:2] != cause[:2]]
-    share, error, stability = _held_out(F, Z, y, row, causes, first)
+    share, error, stability = _held_out(*_at_the_file(there.at, size), causes, first)
     doubts = {
-        Reason.EQUIVALENTS: bool(near),
-        Reason.UNSTABLE: stability < 1,
-        Reason.NAMES_EXCLUDED: bool(excluded),
+        Because(Reason.WEAK_SIGNAL, gain**0.5, sure**0.5): gain < sure,
+        Because(Reason.EQUIVALENTS): bool(near),
+        Because(Reason.UNSTABLE, stability): stability < 1,
+        Because(Reason.NAMES_EXCLUDED): bool(excluded),
     }
-    limits = tuple(Because(reason) for reason, there in doubts.items() if there)
-    value, std = (part * size[np.isfinite(size)][cause.columns] for part in whole.estimate(cause.columns))
+    limits = tuple(reason for reason, is_so in doubts.items() if is_so)
+    value, std = (part * size[np.isfinite(size)][cause.columns] for part in there.rows.estimate(cause.columns))
     return Finding(
         cause.effect,
         cause.owner,
@@ -161,7 +188,7 @@ def found_loop_cause(robot: Robot, at: Fit, excluded: Collection[str], *, all_fo
         _shown([known[k] for k in cause.columns], value, std),
         float(np.sqrt(gain)),
         p,
-        tuple((other.effect, other.owner) for other in near if other.effect != _JOINT),
+        tuple(dict.fromkeys((other.effect, other.owner) for other in near)),
         (share, error),
         stability,
         limits,
@@ -174,22 +201,47 @@ def _fits(at: Fit) -> bool:
     return bool(np.mean(left[row >= 0] ** 2) < _FITS**2)
 
 
-def _near_the_file(at: Fit, size: FloatArray) -> Fit:
-    """The fit linearized where geometry is likeliest with errors of a few plausible sizes, by steps from the file.
-
-    A fit that holds nothing may lie far out along what the rows do not show, where they bend.
-    """
-    is_inner, free = np.isfinite(size), np.array(at.free)
-    theta = at.theta.copy()
-    theta[: at.problem.own] = at.centre[: at.problem.own]
+def _likeliest(at: Fit, size: FloatArray, columns: list[int]) -> _Place:
+    """Where the geometry is likeliest if `columns` may be off together: steps of Newton, each beside its s and w."""
+    free, is_inner = np.array(at.free), np.isfinite(size)
     for _ in range(_ROUNDS):
-        at = replace(at, theta=theta, near=at.problem.linearized(at.model, at.samples, theta), squares=None)
         F, Z, y, _ = _at_the_file(at, size)
-        found = _by_rows(F, Z * _WIDE, y)
-        theta = theta.copy()
-        theta[free[~is_inner]] += found[: F.shape[1]]
-        theta[free[is_inner]] = at.centre[free[is_inner]] + found[F.shape[1] :] * _WIDE * size[is_inner]
+        rows = _Rows.of(F, Z, y)
+        s, w = rows.best(columns) if columns else (rows.spread(), 0.0)
+        wide = np.full(Z.shape[1], max(s, _NARROWEST))
+        wide[columns] = np.hypot(wide[columns], w)
+        found = _by_rows(F, Z * wide, y)
+        step = np.zeros(len(at.theta))
+        step[free[~is_inner]] = found[: F.shape[1]]
+        step[free[is_inner]] = (at.centre - at.theta)[free[is_inner]] + found[F.shape[1] :] * wide * size[is_inner]
+        longest = np.abs(step[free[is_inner]] / size[is_inner]).max()
+        share = min(1.0, _LONGEST / max(float(longest), np.finfo(float).tiny))
+        before = _cost(at, size, wide)
+        for shorter in share / 3.0 ** np.arange(_SHORTER):
+            there = _moved(at, at.theta + shorter * step)
+            cost = _cost(there, size, wide)
+            if cost < before:
+                break
+        else:
+            break
+        at = there
+        if shorter == 1 and before - cost < _SETTLED:
+            break
+    F, Z, y, _ = _at_the_file(at, size)
+    return _Place(at, _Rows.of(F, Z, y))
+
+
+def _moved(at: Fit, theta: FloatArray) -> Fit:
     return replace(at, theta=theta, near=at.problem.linearized(at.model, at.samples, theta), squares=None)
+
+
+def _cost(at: Fit, size: FloatArray, wide: FloatArray) -> float:
+    """Squares of the rows and of the geometry's errors over `wide` plausible sizes; infinite where rows fold."""
+    A, r, row = at.whitened
+    is_inner = np.isfinite(size)
+    errors = (at.theta - at.centre)[at.free][is_inner] / size[is_inner] / wide
+    cost = float(r[row >= 0] @ r[row >= 0] + errors @ errors)
+    return cost if np.isfinite(cost) and np.isfinite(A).all() else np.inf
 
 
 def _sizes(at: Fit) -> tuple[list[_core.Parameter], FloatArray]:
@@ -217,7 +269,7 @@ def _causes(parameters: Sequence[_core.Parameter]) -> list[_Cause]:
     out: dict[tuple[str, str, str], list[int]] = {}
     for k, p in enumerate(parameters):
         if p.owner.startswith("joint"):
-            effect, part = _JOINT, p.unit
+            effect, part = JOINT_PLACE, p.unit
         elif p.name == "length":
             effect, part = LOOP_LENGTH, ""
         elif p.name.startswith(("from_", "to_")):

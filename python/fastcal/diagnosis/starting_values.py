@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.fits import Fit
 
 FloatArray = NDArray[np.float64]
+_FAR_OFF = 4.0  # plausible sizes: further off, rows near a fold of the loops lead steps from the file astray
 Known = Mapping[Hashable, Mapping[str, float]]  # by `same_parameters`: values by the parameters' names
 
 
@@ -52,6 +53,29 @@ def carried(
             part[:] = corner_start(entry, corners or start, known)
         elif traits_of(entry["effect"]).searched == "critical" and len(part):
             part[0] = _straight(entry, known)
+    return theta
+
+
+def first_guess(
+    problem: Problem,
+    entries: Sequence[Spec],
+    effects: Sequence[_core.Effect],
+    model: _core.ErrorModel,
+    start: Fit | None,
+) -> FloatArray:
+    """(P,) `carried`; where a constant of closed loops is far off, the first geometry is that of `near_the_file`."""
+    theta = carried(problem, entries, effects, model, start)
+    if start is not None or not problem.start.robot.passive or problem.has_nominal_arm:
+        return theta
+    own = slice(problem.own)
+    robust = problem.start.near_the_file[own]
+    off = [
+        abs(there - here) / p.sigma
+        for there, here, p in zip(robust, theta[own], model.parameters[own], strict=True)
+        if p.owner not in ("base", "tool")
+    ]
+    if max(off) > _FAR_OFF:
+        theta[own] = robust
     return theta
 
 

@@ -10,6 +10,7 @@ INTRINSICS, BOARD_SCALE, BOARD_BEND = "intrinsics", "board_scale", "board_bend"
 BRACKET_SAG, TIME_OFFSET, ROLLING_SHUTTER = "bracket_sag", "time_offset", "rolling_shutter"
 PLACEMENT_STEP = "placement_step"
 LOOP_LENGTH, LOOP_PIN, LOOP_TURN, LOOP_GEAR = "loop_length", "loop_pin", "loop_turn", "loop_gear"
+JOINT_PLACE = "joint_place"  # only beside one of these: every robot's joints stand elsewhere than the file says
 BRANCH_POSTURE = "branch_posture"
 
 ALIKE = {  # what a cause looks like, and when
@@ -53,6 +54,7 @@ RIG_TRAITS = {
     LOOP_PIN: Traits("a pin not where the file says (loop pin)", place="anywhere", number="change"),
     LOOP_TURN: Traits("a pin turned from what the file says (loop turn)", place="anywhere", number="change"),
     LOOP_GEAR: Traits("ratio or offset not as the file says (loop gear)", place="anywhere", number="change"),
+    JOINT_PLACE: Traits("mounted elsewhere than the file says (joint place)", place="anywhere", number="change"),
     BRANCH_POSTURE: Traits(
         "what else stands on it moved, its posture not in the data (branch posture)", place="anywhere", number="turn"
     ),

@@ -75,10 +75,10 @@ def program_beside(table: str | os.PathLike[str], robot: Robot, language: str | 
             names = f"{', '.join(list(LANGUAGES)[:-1])} or {list(LANGUAGES)[-1]}"
             return ProgramPlace(None, note=f"no program beside the table: {why}; --language {names} writes one")
         try:
-            check_axes(robot.joint_types)
+            check_axes(robot.axis_types)
         except InvalidInput as reason:
             return ProgramPlace(None, note=f"no program beside the table: {reason}")
-    check_axes(robot.joint_types)
+    check_axes(robot.axis_types)
     name = re.sub(r"\W", "_", Path(table).stem, flags=re.ASCII)
     name = (name if name[:1].isalpha() else f"p{name}")[:_LONGEST_NAME]
     path = Path(table).with_name(name + LANGUAGES[language][0])

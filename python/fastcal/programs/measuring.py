@@ -59,12 +59,12 @@ class Cycles:
     comment: Sequence[str] = ()
 
 
-def check_axes(joint_types: Sequence[str]) -> None:
-    """InvalidInput unless a program can be written for an arm of such joints, `revolute` or `prismatic`."""
-    if len(joint_types) != AXES:
-        raise InvalidInput(f"a program of {AXES} axes can be written, and this robot has {len(joint_types)} joints")
-    if "prismatic" in joint_types:
-        joint = list(joint_types).index("prismatic") + 1
+def check_axes(axis_types: Sequence[str]) -> None:
+    """InvalidInput unless a program can be written for an arm of such axes, `revolute` or `prismatic`."""
+    if len(axis_types) != AXES:
+        raise InvalidInput(f"a program of {AXES} axes can be written, and this robot has {len(axis_types)} joints")
+    if "prismatic" in axis_types:
+        joint = list(axis_types).index("prismatic") + 1
         raise InvalidInput(f"a program of {AXES} axes that turn can be written, and this robot's joint {joint} slides")
 
 

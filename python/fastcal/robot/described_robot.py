@@ -232,6 +232,17 @@ class DescribedRobot(Shown):
         """How the controller's joints J follow from the chain's q."""
         return pendant_of(self.description)
 
+    @property
+    def axis_types(self) -> list[str]:
+        """Revolute or prismatic, one an axis that the controller counts; those that the arm lacks turn."""
+        if not self.pendant.axes:
+            return [kind for i, kind in enumerate(self.joint_types) if i not in self.passive]
+        kinds = ["revolute"] * self.pendant.axis_count
+        for kind, axis in zip(self.joint_types, self.pendant.axes, strict=True):
+            if axis is not None:
+                kinds[axis] = kind
+        return kinds
+
     @cached_property
     def reach(self) -> float:
         """[m] A bound on the distance from base to tool: all lengths of the chain, stretched sliders included."""

@@ -270,6 +270,19 @@ TEST(Gauge, AFactorPartsClearlyOnlyWhereNothingIsLeftOfTheOthers) {
   EXPECT_FALSE(parts_clearly(weak, kRank, {}));
 }
 
+/// What a gauge holds of two directions at right angles to (x, y, z), which nothing shows.
+std::vector<int> held_beside(const Eigen::Vector3d& unseen, const Eigen::Vector3d& hold) {
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - unseen * unseen.transpose() / unseen.squaredNorm();
+  return choose_gauge(1e3 * across, hold).held;
+}
+
+TEST(Gauge, WhatWouldRunAwayBesideAHeldParameterIsHeldInItsStead) {
+  const Eigen::Vector3d rod_base_tool(1, 2e-5, 1e-3);  // fixing_priority()
+  EXPECT_EQ(held_beside({2e-3, 0.7, -0.7}, rod_base_tool), std::vector<int>{2}) << "350 of the tool by 1 of the rod";
+  EXPECT_EQ(held_beside({2e-2, 0.7, -0.7}, rod_base_tool), std::vector<int>{0}) << "35: the priority counts";
+  EXPECT_EQ(held_beside({2e-3, 1.0, 0.0}, rod_base_tool), std::vector<int>{0}) << "where the base is, nobody knows";
+}
+
 TEST(Gauge, NothingAskedOrNothingSeenIsNoCrash) {
   const Gauge none = choose_gauge(Eigen::MatrixXd(0, 0), Eigen::VectorXd(0));
   EXPECT_EQ(none.rank, 0);

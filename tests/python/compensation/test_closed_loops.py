@@ -61,3 +61,38 @@ def test_a_palletizers_program_brings_the_real_one_where_it_was_taught(tmp_path:
         assert np.linalg.norm(off[:3, 3]) > 5e-4
         count += 1
     assert count == len(taught.targets) >= 2
+
+
+def test_bars_that_tilt_the_gripper_make_no_target_unreachable(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nominal = load_robot("palletizer").with_(tool={"xyz_mm": [0, 0, 0], "rpy_deg": [0, 0, 0]})
+    loops = [dict(loop) for loop in nominal.description.loops]
+    loops[1]["length_mm"] += 4.0
+    nominal.save(tmp_path / "nominal.yaml")
+    nominal.with_(loops=loops).save(tmp_path / "model.yaml")
+    (tmp_path / "stack.mod").write_text(RAPID)
+    model, told = str(tmp_path / "model.yaml"), ["--nominal", str(tmp_path / "nominal.yaml")]
+    assert main(["compensate", model, str(tmp_path / "stack.mod"), "-o", str(tmp_path / "new.mod"), *told]) == 0
+    err = capsys.readouterr().err
+    assert "4 motors meet points, and of orientations what the bars let them: up to 1." in err
+    assert "singular" not in err
+    (tmp_path / "targets.csv").write_text("x_mm,y_mm,z_mm,qw,qx,qy,qz\n1600,0,1000,0,1,0,0\n")
+    assert main(["compensate", model, str(tmp_path / "targets.csv"), "-o", str(tmp_path / "q.csv"), *told]) == 0
+    assert "1 reached" in capsys.readouterr().out
+
+
+def test_poses_of_a_palletizer_are_driven_by_a_program_of_six_axes(tmp_path: Path) -> None:
+    command = ["design", "palletizer", "--count", "8", "--candidates", "random", "--language", "rapid"]
+    assert main([*command, "-o", str(tmp_path / "poses.csv")]) == 0
+    table = np.genfromtxt(tmp_path / "poses.csv", delimiter=",", names=True)
+    targets = load_program(tmp_path / "poses.mod").targets[: len(table)]
+    for row, target in zip(table, targets, strict=True):
+        shown = np.degrees(target.values)
+        assert shown[[0, 1, 2, 5]] == pytest.approx([row[f"j{axis}_deg"] for axis in (1, 2, 3, 6)], abs=1e-4)
+        assert not shown[[3, 4]].any()
+
+
+def test_a_delta_of_three_axes_has_no_such_program(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["design", "delta", "--language", "rapid", "--count", "8", "-o", str(tmp_path / "poses.csv")]) == 2
+    assert "this robot has 3 joints" in capsys.readouterr().err

@@ -287,6 +287,14 @@ def test_a_robot_with_loops_is_calibrated(spec: Spec) -> None:
     assert result.model.assemble(q).gap.max() < 1e-10
 
 
+def test_heights_of_a_flat_robot_stay_as_the_file_has_them() -> None:
+    nominal = load_robot("five_bar")
+    truth = perturbed(nominal, seed=4)
+    data = simulate(truth, random_poses(truth, 100, seed=5), noise=5e-5, seed=6)
+    off = [p for p in calibrate(nominal, data, loss="none", priors=False).parameters if p.owner == "base"]
+    assert max(abs(p.value) for p in off if p.name.endswith("_mm")) < 20
+
+
 def test_a_posture_that_no_assembly_reaches_has_a_status_and_a_sentence() -> None:
     robot = load_robot(five_bar())
     q = np.radians([[170.0, 10.0, 0.0]])
