@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.hand_eye import gross, hand_eye
 from fastcal.cells.cell import Cell
-from fastcal.cells.hand_eye import gross, hand_eye
 from fastcal.cells.readings import Readings
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.cells.hand_eye import FEWEST, hand_eye
+from fastcal.calibration.hand_eye import FEWEST, hand_eye
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.importers.pose_lists import checked, posed, read_pose_list
 from fastcal.io.yaml_file import read_yaml

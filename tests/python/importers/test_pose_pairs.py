@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from fastcal import _core
-from fastcal.cells.hand_eye import hand_eye
+from fastcal.calibration.hand_eye import hand_eye
 from fastcal.cli import main
 from fastcal.errors import InvalidInput
 from fastcal.importers.pose_lists import read_pose_list

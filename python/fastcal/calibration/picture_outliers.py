@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What is wrong with pictures that were found to be outliers: their corners, or the posture in which they were taken.
+
+A board's own pose, found from one picture alone, leaves of it what its corners miss each other by. Where that is far
+more than usual, the picture is blurred, clipped or misread; where it is not, the arm was elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastcal.calibration.picture_readings import View
+from fastcal.calibration.unknowns import CORNERS
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.rig import pictures
+from fastcal.robot.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+WORSE = 4.0  # times what the board's own pose usually leaves: such corners do not agree with one another
+_FEWEST = 5  # pictures that say what is usual
+_LISTED = 12  # rows that a sentence names
+
+
+def outlier_notes(model: Robot, data: Dataset, outliers: Sequence[int]) -> list[str]:
+    """A sentence for each camera and board with pictures among the outliers.
+
+    Args:
+        model: With cameras, lenses and boards as they were identified.
+        data: What was fitted.
+        outliers: Rows.
+    """
+    if CORNERS not in data.kinds or not outliers:
+        return []
+    spec, uv = model.description, data.observed[CORNERS].reshape(len(data), -1, 2)
+    out = []
+    for (camera, board), part in pictures(spec).items():
+        view = View(
+            spec.cameras[camera],
+            spec.boards[board],
+            uv[:, part],
+            f"board {board} in camera {camera}",
+            (camera, board),
+        )
+        left = view.left()
+        usual = [of for row, of in left.items() if row not in outliers]
+        if len(usual) < _FEWEST:
+            continue
+        typical = float(np.median(usual))
+        own = {row: left[row] for row in outliers if row in left}
+        if bad := [row for row, of in own.items() if of > WORSE * typical]:
+            worst = max(own[row] for row in bad)
+            out.append(
+                f"{view.shown}: the corners of {rows_in_words(bad)} do not agree with one another, by up to "
+                f"{worst:.2g} px ({typical:.2g} usually): blurred, clipped or misread; less weight is given to them"
+            )
+        if bad := [row for row, of in own.items() if of <= WORSE * typical]:
+            out.append(
+                f"{view.shown}: the corners of {rows_in_words(bad)} agree with one another and not with their posture: "
+                "did the arm still move, or is it another posture's picture? Less weight is given to them"
+            )
+    return out
+
+
+def rows_in_words(rows: Sequence[int] | NDArray[np.intp]) -> str:
+    """Such as: rows 1, 4."""
+    listed = [str(int(row)) for row in rows[:_LISTED]]
+    more = f" and {len(rows) - _LISTED} others" if len(rows) > _LISTED else ""
+    return ("row " if len(rows) == 1 else "rows ") + ", ".join(listed) + more
