@@ -224,6 +224,7 @@ def calibrate(
         train = judged_on_all(train, rows, long, result_model, **judge)
     touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
     lengths = known_lengths(start.description, *touched)
+    cameras = camera_places(problem, found, covariance, freedom, result_model) if long is None else []
     return CalibrationResult(
         status="too_few_equations" if few else "converged" if agrees_on_nothing else fit.status,
         message=few or fit.message,
@@ -257,7 +258,7 @@ def calibrate(
             *suspected,
             *([] if shape is None else [shape.note]),
             *check_fit(robot, train, as_read=as_read),
-            *outlier_notes(result_model, data, found.outliers),
+            *(outlier_notes(result_model, data, found.outliers, train.kinds[CORNERS]) if cameras else []),
             *exchanged_names(robot.description, result_model.description),
             *_notes(result_model, data),
             *length_notes(start.description, lengths),
@@ -275,7 +276,7 @@ def calibrate(
         held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
         known_lengths=lengths,
-        cameras=camera_places(problem, found, covariance, freedom, result_model) if long is None else [],
+        cameras=cameras,
         own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
     )
 

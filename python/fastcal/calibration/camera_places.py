@@ -41,6 +41,7 @@ ONE_AXIS = "turn what carries camera or board about another axis too, by 30 degr
 TWO_AXES = "turn what carries camera or board about two axes across each other, by 30 degrees and more"
 _KNOWN_TO = 10.0  # plausible sizes, GaugeOptions::practical_limit of the core: beyond it nothing is known
 _ROUNDING = 1e-12  # of the best known direction's information
+_LEVER = 0.3  # [m] at which a turn counts as a shift
 _SHARE = 0.3  # of an open direction that lies along an axis: so much makes that axis open
 
 
@@ -195,7 +196,7 @@ def exchanged_names(given: RobotSpec, found: RobotSpec) -> list[str]:
 
     def apart(a: str, b: str) -> float:
         T = np.linalg.inv(pose(given.cameras[a])) @ pose(found.cameras[b])
-        return float(np.linalg.norm(T - np.eye(4)))  # a turn of 1 rad counts as 1 m
+        return float(np.hypot(np.linalg.norm(T[:3, 3]), _LEVER * np.linalg.norm(T[:3, :3] - np.eye(3))))
 
     return [
         f"cameras {a} and {b}: each was found where the file has the other; are their pictures exchanged?"

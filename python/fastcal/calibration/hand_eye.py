@@ -35,19 +35,17 @@ def hand_eye(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray] | No
     right = _right(len(A))
     random = np.random.default_rng(0)  # always the same subsets
     subsets = [random.choice(len(A), _SUBSET, replace=False) for _ in range(_SUBSETS)] if right < len(A) else []
-    best, least = np.arange(len(A)), np.inf
-    for subset in (best, *subsets):
-        used: NDArray[np.intp] = subset
+    agreeing, least = np.arange(len(A)), np.inf
+    for start in [agreeing[np.newaxis], *([np.array(subsets)] if subsets else [])]:
+        used: NDArray[np.intp] = start
         for _ in range(_CONCENTRATIONS):
             misfit = _misfits(A, S, used)
-            agree = np.argpartition(misfit, right - 1)[:right]
-            cost = float(np.sum(misfit[agree] ** 2))
-            if cost < least:
-                best, least = agree, cost
-            used = agree
-    agreeing = best
+            used = np.argpartition(misfit, right - 1, axis=1)[:, :right]
+            costs = np.sum(np.take_along_axis(misfit, used, axis=1) ** 2, axis=1)
+            if costs.min() < least:
+                agreeing, least = used[int(np.argmin(costs))], float(costs.min())
     for _ in range(_ROUNDS):
-        kept = np.flatnonzero(~_beyond(_misfits(A, S, agreeing), _FAR))
+        kept = np.flatnonzero(~_beyond(_misfits(A, S, agreeing[np.newaxis])[0], _FAR))
         if np.array_equal(kept, agreeing):
             break
         agreeing = kept
@@ -70,35 +68,44 @@ def _beyond(misfit: FloatArray, times: float) -> NDArray[np.bool_]:
 
 
 def _misfits(A: FloatArray, S: FloatArray, used: NDArray[np.intp]) -> FloatArray:
-    """(N,) of all poses, with X and Y of those that are used; 1 rad counts as 1 m."""
-    X, Y = solved_alike(A[used], S[used])
-    return np.asarray(np.linalg.norm(A @ X @ S - Y, axis=(1, 2)))
+    """(B, N) of all poses, with X and Y of each of the subsets used (B, m); 1 rad counts as 1 m."""
+    X, Y = _solved(A[used], S[used])
+    return np.asarray(np.linalg.norm(A @ X[:, np.newaxis] @ S - Y[:, np.newaxis], axis=(2, 3)))
 
 
 def solved_alike(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """All poses alike."""
-    RA, RS = A[:, :3, :3], S[:, :3, :3]
+    """(4, 4) X and Y, all poses (N, 4, 4) alike."""
+    X, Y = _solved(A[np.newaxis], S[np.newaxis])
+    return X[0], Y[0]
+
+
+def _solved(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(B, 4, 4) X and Y of sets of poses (B, m, 4, 4), those of a set alike."""
+    RA, RS = A[..., :3, :3], S[..., :3, :3]
     # vec (column by column) of R_A R_X R_S = R_Y: kron(R_S^T, R_A) vec(R_X) = vec(R_Y).
-    K = np.einsum("nji,nkl->ikjl", RS, RA).reshape(9, 9)
+    K = np.einsum("bnji,bnkl->bikjl", RS, RA).reshape(-1, 9, 9)
     left, _, right = np.linalg.svd(K)
-    RX = _turn(right[0].reshape(3, 3, order="F"))
-    RY = _turn(left[:, 0].reshape(3, 3, order="F"))
-    if np.linalg.norm(RA @ RX @ RS - RY) > np.linalg.norm(RA @ RX @ RS - _nearest(np.mean(RA @ RX @ RS, axis=0))):
-        RY = _nearest(np.mean(RA @ RX @ RS, axis=0))
-    columns = np.concatenate([RA, np.broadcast_to(-np.eye(3), RA.shape)], axis=2).reshape(-1, 6)
-    right_side = -(np.einsum("nij,jk,nk->ni", RA, RX, S[:, :3, 3]) + A[:, :3, 3]).ravel()
-    t = np.linalg.lstsq(columns, right_side, rcond=None)[0]
-    X, Y = np.eye(4), np.eye(4)
-    X[:3, :3], X[:3, 3], Y[:3, :3], Y[:3, 3] = RX, t[:3], RY, t[3:]
+    RX = _turn(right[:, 0].reshape(-1, 3, 3).transpose(0, 2, 1))[:, np.newaxis]
+    RY = _turn(left[:, :, 0].reshape(-1, 3, 3).transpose(0, 2, 1))
+    turned = RA @ RX @ RS
+    mean = _nearest(np.mean(turned, axis=1))
+    off, off_mean = (np.sum((turned - R[:, np.newaxis]) ** 2, axis=(1, 2, 3)) for R in (RY, mean))
+    RY = np.where((off > off_mean)[:, np.newaxis, np.newaxis], mean, RY)
+    columns = np.concatenate([RA, np.broadcast_to(-np.eye(3), RA.shape)], axis=3).reshape(len(A), -1, 6)
+    right_side = -(np.einsum("bnij,bnj->bni", RA @ RX, S[..., :3, 3]) + A[..., :3, 3]).reshape(len(A), -1)
+    t = np.einsum("bij,bj->bi", np.linalg.pinv(columns), right_side)
+    X, Y = np.tile(np.eye(4), (2, len(A), 1, 1))
+    X[:, :3, :3], X[:, :3, 3], Y[:, :3, :3], Y[:, :3, 3] = RX[:, 0], t[:, :3], RY, t[:, 3:]
     return X, Y
 
 
 def _turn(M: FloatArray) -> FloatArray:
-    """The rotation of a matrix that is one but for its size and sign."""
-    return _nearest(M if np.linalg.det(M) > 0 else -M)
+    """The rotations (B, 3, 3) of matrices that are such but for their size and sign."""
+    return _nearest(M * np.sign(np.linalg.det(M))[:, np.newaxis, np.newaxis])
 
 
 def _nearest(M: FloatArray) -> FloatArray:
-    """The rotation nearest to a matrix (3, 3)."""
+    """The rotations nearest to matrices (B, 3, 3)."""
     u, _, vt = np.linalg.svd(M)
-    return np.asarray(u @ np.diag([1.0, 1.0, float(np.sign(np.linalg.det(u @ vt)))]) @ vt)
+    u[..., -1] *= np.sign(np.linalg.det(u @ vt))[:, np.newaxis]
+    return np.asarray(u @ vt)

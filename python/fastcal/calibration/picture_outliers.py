@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.picture_readings import View
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.dataset import Dataset
@@ -26,13 +27,14 @@ _FEWEST = 5  # pictures that say what is usual
 _LISTED = 12  # rows that a sentence names
 
 
-def outlier_notes(model: Robot, data: Dataset, outliers: Sequence[int]) -> list[str]:
-    """A sentence for each camera and board with pictures among the outliers.
+def outlier_notes(model: Robot, data: Dataset, outliers: Sequence[int], errors: KindErrors) -> list[str]:
+    """A sentence for each camera and board with pictures among the outliers that stand out of all pictures.
 
     Args:
         model: With cameras, lenses and boards as they were identified.
         data: What was fitted.
         outliers: Rows.
+        errors: Of the corners.
     """
     if CORNERS not in data.kinds or not outliers:
         return []
@@ -47,11 +49,13 @@ def outlier_notes(model: Robot, data: Dataset, outliers: Sequence[int]) -> list[
             (camera, board),
         )
         left = view.left()
-        usual = [of for row, of in left.items() if row not in outliers]
-        if len(usual) < _FEWEST:
+        if len(left) < _FEWEST:
             continue
-        typical = float(np.median(usual))
-        own = {row: left[row] for row in outliers if row in left}
+        typical = float(np.median(list(left.values())))
+        far = _standing_out(errors.after[:, part])
+        if errors.before is not None:  # a fit that hardly misses the others makes much of little
+            far &= _standing_out(errors.before[:, part])
+        own = {row: left[row] for row in outliers if row in left and far[row]}
         if bad := [row for row, of in own.items() if of > WORSE * typical]:
             worst = max(own[row] for row in bad)
             out.append(
@@ -63,6 +67,15 @@ def outlier_notes(model: Robot, data: Dataset, outliers: Sequence[int]) -> list[
                 f"{view.shown}: the corners of {rows_in_words(bad)} agree with one another and not with their posture: "
                 "did the arm still move, or is it another posture's picture? Less weight is given to them"
             )
+    return out
+
+
+def _standing_out(errors: FloatArray) -> NDArray[np.bool_]:
+    """(N,) pictures of which half of the corners (N, K) miss by WORSE times as much as in half of the pictures."""
+    seen = np.isfinite(errors).any(axis=1)
+    out = np.zeros(len(errors), dtype=bool)
+    miss = np.nanmedian(errors[seen], axis=1)
+    out[seen] = miss > WORSE * np.median(miss)
     return out
 
 

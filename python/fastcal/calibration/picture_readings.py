@@ -74,10 +74,13 @@ class View:
         tried = seen[:: max(1, -(-len(seen) // _TRIED))]
         return _flat_poses(camera or self.camera, self.board, uv, tried)
 
+    def all_poses(self) -> tuple[IntArray, FloatArray]:
+        """Rows (M,) and T_camera_board (M, 4, 4) [m] of all pictures."""
+        return _flat_poses(self.camera, self.board, self.uv, np.flatnonzero(np.isfinite(self.uv[..., 0]).any(axis=1)))
+
     def left(self) -> dict[int, float]:
         """RMS that the board's own pose leaves in a picture [px], by row."""
-        seen = np.flatnonzero(np.isfinite(self.uv[..., 0]).any(axis=1))
-        rows, T = _flat_poses(self.camera, self.board, self.uv, seen)
+        rows, T = self.all_poses()
         r = drawn_board(self.camera, self.board, T) - self.uv[rows]
         rms = np.sqrt(np.nanmean(np.sum(r**2, axis=2), axis=1)) if len(rows) else np.zeros(0)
         return dict(zip(rows.tolist(), rms.tolist(), strict=True))
@@ -170,7 +173,7 @@ def other_numbering(view: View) -> str | None:
     own = int(view.board["columns"]) - squares
     most = int(np.flatnonzero(np.isfinite(view.uv).all(axis=2).any(axis=0)).max(initial=0))
     as_given, camera = _of_width(view, own), view.camera
-    if as_given < FLAT * camera["size_px"][0]:
+    if not FLAT * camera["size_px"][0] < as_given < np.inf:
         return None
     found = {width: _of_width(view, width) for width in range(2, most + 1) if width != own}
     if not found or min(found.values()) * BETTER > as_given:

@@ -22,6 +22,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.inspection import ACCEPT
 from fastcal.calibration.picture_arm import arm_of
+from fastcal.calibration.picture_knocks import knock_note
 from fastcal.calibration.picture_outliers import rows_in_words
 from fastcal.calibration.picture_readings import (
     FAR,
@@ -198,13 +199,18 @@ def _judged_view(
     for picture in sorted(placed, key=lambda picture: picture.fits != picture.row, reverse=True):
         if picture.fits == picture.row or mend:
             uv[picture.fits] = picture.uv[order[picture.order]]
-    for is_mirrored, what in ((False, _OTHER_END), (True, _MIRRORED)):
-        if turned := [of.row for of in placed if of.order and (of.order > 1) is is_mirrored]:
-            notes.append(f"{view.shown}: in {rows_in_words(turned)} {what}")
+    notes += _renumbered(view.shown, placed)
     if moved:
         done = "they are put there" if mend else "they are left out; --mend puts them where they fit"
         notes.append(_of_other_rows(view.shown, rows, fits, done))
-    return Judged(uv, tuple(notes), ())
+    knocked = None if arm is None else knock_note(replace(view, uv=uv), arm)
+    return Judged(uv, (*notes, *([] if knocked is None else [knocked])), ())
+
+
+def _renumbered(shown: str, placed: Sequence[Picture]) -> Iterator[str]:
+    for is_mirrored, what in ((False, _OTHER_END), (True, _MIRRORED)):
+        if turned := [of.row for of in placed if of.order and (of.order > 1) is is_mirrored]:
+            yield f"{shown}: in {rows_in_words(turned)} {what}"
 
 
 def _of_other_cameras(rig: Seeing, uv: FloatArray, drawn: FloatArray, *, mend: bool) -> Iterator[str]:

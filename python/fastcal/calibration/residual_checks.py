@@ -22,7 +22,6 @@ from fastcal.calibration.shifted_rows import Shift, find_shift
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.kinds import POINTS, Kind, in_order
 from fastcal.measurements.observations import without_measured
-from fastcal.robot.rig import PLACEMENT
 
 FloatArray = NDArray[np.float64]
 
@@ -113,7 +112,7 @@ def _without_part(
         return all_rows
     late = np.isin(left.row, rows)
     own = len(problem.model.robot.parameters)
-    frames = np.hstack([left.J[:, :6], left.J[:, own - 6 : own], *_of_cameras(left, problem)])
+    frames = np.hstack([left.J[:, :6], left.J[:, own - 6 : own]])
     others = [part for part in shift.parts(count) if np.isin(part, rows).all()]
     moved = sum(_bent(frames, left.residual, np.isin(left.row, part)) for part in others)
     kept = ~late & left.kept
@@ -141,7 +140,7 @@ def moved_part(near: Residuals, problem: CalibrationProblem) -> tuple[Shift, Kin
     own = len(problem.model.robot.parameters)
     lens = lens_columns(problem, near)  # one that is not as the file says looks like a move of what it sees
     turned = data.rotation is not None
-    motions = [near.J[:, :6], near.J[:, own - 6 : own if turned else own - 3], *_of_cameras(near, problem)]
+    motions = [near.J[:, :6], near.J[:, own - 6 : own if turned else own - 3]]
     for kind in in_order(set(near.kind_of_number)):  # one that stands still would hide what another shows
         of_kind = near.of(kind)
         J = near.J[of_kind]
@@ -159,16 +158,6 @@ def moved_part(near: Residuals, problem: CalibrationProblem) -> tuple[Shift, Kin
     return None
 
 
-def _of_cameras(near: Residuals, problem: CalibrationProblem) -> list[FloatArray]:
-    """Columns of the place of each camera that is looked for: its mount may be knocked."""
-    own = len(problem.model.start)
-    places: dict[str, list[int]] = {}
-    for k, of in enumerate(problem.measured.parameters):
-        if of.owner.startswith("camera ") and of.name in PLACEMENT:
-            places.setdefault(of.owner, []).append(own + k)
-    return [near.J[:, of] for of in places.values()]
-
-
 def _readings_a_row(near: Residuals, kind: Kind) -> float:
     """Of corners a row has many, and a size is told of one."""
     of_kind = near.of(kind)
@@ -178,12 +167,8 @@ def _readings_a_row(near: Residuals, kind: Kind) -> float:
 def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
     """The sentence for parts of `count` rows that moved, by a size of that kind; `is_used`: all rows are used."""
     moved = _elsewhere(shift, kind)
-    several = len(shift.firsts) > 1
-    if kind.name == CORNERS:
-        kept = shift.kept(count)
-        used = "all are used" if is_used else f"only rows {kept[0]} to {kept[-1]} are used"
-        return f"{moved}: a camera, a board or the base was knocked; {used}; `fastcal diagnose` tells which it was"
     cause = "the tracker, the base or the target moved"
+    several = len(shift.firsts) > 1
     labels = f"give the {'' if several else 'two '}parts different `station` or `mount` labels"
     if is_used:
         return f"{moved}: {cause}; {labels}"
