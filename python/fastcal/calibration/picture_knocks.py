@@ -22,6 +22,7 @@ from fastcal.units import from_si
 FloatArray = NDArray[np.float64]
 
 CLEAR = 8.0  # times the squares that it leaves: such a knock is no error of the arm
+MOST = 0.05  # [m] of a knock
 _LEVER = 0.3  # [m] at which a turn counts as a shift
 
 
@@ -42,7 +43,7 @@ def knock_note(view: View, arm: Arm) -> str | None:
     columns = [(J * weight).reshape(-1, 6) for J in (of_camera, of_board)]
     row = np.repeat(rows, 6)
     shift = find_shift(np.hstack(columns), columns, e.ravel(), row, 1.0)
-    if shift is None or shift.left * CLEAR > huber_fit(np.hstack(columns), e.ravel(), row)[0]:
+    if shift is None or shift.size > MOST or shift.left * CLEAR > huber_fit(np.hstack(columns), e.ravel(), row)[0]:
         return None
     first = " and ".join(str(row) for row in shift.firsts)
     return (

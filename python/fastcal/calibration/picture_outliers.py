@@ -22,7 +22,7 @@ from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
-WORSE = 4.0  # times what the board's own pose usually leaves: such corners do not agree with one another
+WORSE = 8.0  # times what is usual: such pictures stand out, and such corners do not agree with one another
 _FEWEST = 5  # pictures that say what is usual
 _LISTED = 12  # rows that a sentence names
 

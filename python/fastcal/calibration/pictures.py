@@ -292,8 +292,14 @@ def _far_off(
 
     other = drawn_by_poses(view, arm, fits, limit)
     if other is not None and fits(other) < limit:
-        return other, None
+        # From which end a camera's pictures are counted is free here, and must be the same for all cameras.
+        return min((other[:, own] for own in order[:2]), key=lambda way: _apart(way, drawn)), None
     return drawn, meant_with_arm(view, arm, others)
+
+
+def _apart(a: FloatArray, b: FloatArray) -> float:
+    """Median distance of corners (N, K, 2) from those of another drawing [px]."""
+    return float(np.median(np.linalg.norm(a - b, axis=2)))
 
 
 def seen_by_model(model: Robot, data: Dataset, threads: int = 1, *, mend: bool = False) -> Pictures:
