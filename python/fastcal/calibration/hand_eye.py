@@ -57,6 +57,44 @@ def gross(A: FloatArray, S: FloatArray, X: FloatArray, Y: FloatArray) -> NDArray
     return _beyond(np.asarray(np.linalg.norm(A @ X @ S - Y, axis=(1, 2))), _GROSS)
 
 
+def disagreement(A: FloatArray, S: FloatArray) -> float:
+    """Median misfit of the poses with the places that most agree with [m, a turn of 1 rad counting as 1 m]."""
+    solved = hand_eye(A, S)
+    if solved is None:
+        return np.inf
+    return float(np.median(np.linalg.norm(A @ solved[0] @ S - solved[1], axis=(1, 2))))
+
+
+def with_lengths(S: FloatArray, scale: float) -> FloatArray:
+    """Poses (N, 4, 4) whose lengths are so many times as large."""
+    out = S.copy()
+    out[:, :3, 3] *= scale
+    return out
+
+
+def length_ratio(A: FloatArray, S: FloatArray) -> float | None:
+    """How many times as large the lengths of S would have to be; None where turns do not agree, or show no length.
+
+    With the turns of X and Y, R_A t_X - t_Y + s R_A R_X t_S = -t_A is linear in the places and s.
+    """
+    turns_A, turns_S = A.copy(), S.copy()
+    turns_A[:, :3, 3], turns_S[:, :3, 3] = 0.0, 0.0
+    solved = hand_eye(turns_A, turns_S)
+    if solved is None:
+        return None
+    RX = solved[0][:3, :3]
+    off = np.linalg.norm(turns_A @ solved[0] @ turns_S - solved[1], axis=(1, 2))
+    good = off <= max(4 * float(np.median(off)), 1e-6)
+    RA, n = A[good, :3, :3], int(good.sum())
+    if n < FEWEST:
+        return None
+    moved = np.einsum("nij,jk,nk->ni", RA, RX, S[good, :3, 3])
+    unit = np.broadcast_to(-np.eye(3), RA.shape)
+    columns = np.concatenate([RA, unit, moved[:, :, np.newaxis]], axis=2).reshape(3 * n, 7)
+    x, _, rank, _ = np.linalg.lstsq(columns, -A[good, :3, 3].ravel(), rcond=1e-9)
+    return float(x[-1]) if rank == columns.shape[1] and x[-1] > 0 else None
+
+
 def _right(count: int) -> int:
     """How many of so many poses are surely right."""
     return max(min(count, _FEWEST_RIGHT), int(np.ceil(_SHARE * count)))

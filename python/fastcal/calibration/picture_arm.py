@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.hand_eye import FEWEST, disagreement, length_ratio, with_lengths
 from fastcal.calibration.moving_rig import frames_of
-from fastcal.calibration.picture_readings import Arm
+from fastcal.calibration.picture_readings import BETTER, SLIPS, Arm
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_name
 from fastcal.robot.robot import Robot
@@ -22,6 +23,7 @@ from fastcal.units import factor, to_si
 FloatArray = NDArray[np.float64]
 
 _QUARTERS = (90.0, -90.0, 180.0)  # [deg] by which zeros of joints are counted from elsewhere
+FAR_POSES = 0.03  # [m, rad] by which poses of no arm and camera disagree
 _FEWEST = 3  # joints of a chain that has more frames than its flange
 
 
@@ -70,6 +72,10 @@ def _changed(frames: Callable[[str], FloatArray], changed: Callable[[FloatArray]
     return frames(on) if on == "world" else changed(frames(on))
 
 
+def _kept(T: FloatArray) -> FloatArray:
+    return T
+
+
 def _inverse(T: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(T), dtype=np.float64)
 
@@ -94,3 +100,37 @@ OTHER_POSES: tuple[tuple[str, Callable[[FloatArray], FloatArray]], ...] = (
     ("are the quaternions of {} x y z w, read as w x y z", partial(_reordered, [3, 0, 1, 2])),
     ("are the quaternions of {} w x y z, read as x y z w", partial(_reordered, [1, 2, 3, 0])),
 )
+
+
+def meant_by_poses(arm: FloatArray, S: FloatArray, *, in_room: bool = False) -> str | None:
+    """What was meant where poses A, S (N, 4, 4) are far from A X S = Y: their order, unit or rows; None: nothing fits.
+
+    Args:
+        arm: Of the arm.
+        S: Of the board, as the camera saw it.
+        in_room: The camera stands in the room: A are the inverse poses of the arm.
+    """
+    turned = _inverse if in_room else _kept
+    A = turned(arm)
+    as_given = disagreement(A, S)
+    if as_given < FAR_POSES:
+        return None
+    tried = [
+        (words.format(whose), turned(arm_changed(arm)), board_changed(S))
+        for words, changed in OTHER_POSES
+        for whose, arm_changed, board_changed in (
+            ("the arm's poses", changed, _kept),
+            ("the board's poses", _kept, changed),
+            ("both", changed, changed),
+        )
+    ]
+    for slip in SLIPS[1:]:
+        rows = np.arange(max(slip, 0), len(A) + min(slip, 0))
+        if len(rows) > FEWEST:
+            tried.append((f"did the board's poses slip by {slip} rows", A[rows - slip], S[rows]))
+    if (ratio := length_ratio(A, S)) is not None:
+        words = f"are the board's lengths {1 / ratio:.4g} times those of the arm, one in another unit"
+        tried.append((words, A, with_lengths(S, ratio)))
+    found = [(disagreement(*poses), words) for words, *poses in tried]
+    least, words = min(found)
+    return f"{words}?" if least * BETTER < as_given else None

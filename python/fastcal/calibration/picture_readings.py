@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.board_poses import board_poses, drawn_board, planar_misfit
-from fastcal.calibration.hand_eye import FEWEST, hand_eye, solved_alike
+from fastcal.calibration.hand_eye import FEWEST, disagreement, hand_eye, length_ratio, solved_alike, with_lengths
 from fastcal.robot.rig import SQUARES, board_corners
 
 FloatArray = NDArray[np.float64]
@@ -139,15 +139,15 @@ def meant_with_arm(view: View, arm: Arm, others: Mapping[str, Spec]) -> str | No
     if len(rows) < FEWEST:
         return None
     A = arm.between(view.camera, view.board)[rows]
-    as_given = _misfit(A, S)
-    scale = _scale(A, S)
+    as_given = disagreement(A, S)
+    scale = length_ratio(A, S)
     glances: list[tuple[float, str, FloatArray, FloatArray]] = []
     if scale is not None:
-        glances.append((0.0, _scaled(scale), A, _times(S, scale)))
+        glances.append((0.0, _scaled(scale), A, with_lengths(S, scale)))
     for words, T_A, T_S in _readings(view, arm, others, rows, S):
         glances.append((_glance(T_A, T_S), words, T_A, T_S))
     glances.sort(key=lambda of: of[0])
-    looked = [(_misfit(T_A, T_S), words) for _, words, T_A, T_S in glances[:_LOOKED]]
+    looked = [(disagreement(T_A, T_S), words) for _, words, T_A, T_S in glances[:_LOOKED]]
     least, words = min(looked, default=(np.inf, ""))
     return f"{view.shown}: {words}" if least * BETTER < as_given else None
 
@@ -269,43 +269,6 @@ def _glance(A: FloatArray, S: FloatArray) -> float:
     """Median misfit of all poses alike."""
     X, Y = solved_alike(A, S)
     return float(np.median(np.linalg.norm(A @ X @ S - Y, axis=(1, 2))))
-
-
-def _misfit(A: FloatArray, S: FloatArray) -> float:
-    """Median misfit of the poses with the places that most agree with [m, a turn of 1 rad counting as 1 m]."""
-    solved = hand_eye(A, S)
-    if solved is None:
-        return np.inf
-    return float(np.median(np.linalg.norm(A @ solved[0] @ S - solved[1], axis=(1, 2))))
-
-
-def _times(S: FloatArray, scale: float) -> FloatArray:
-    out = S.copy()
-    out[:, :3, 3] *= scale
-    return out
-
-
-def _scale(A: FloatArray, S: FloatArray) -> float | None:
-    """How many times as large the lengths of S would have to be; None where turns do not agree, or show no length.
-
-    With the turns of X and Y, R_A t_X - t_Y + s R_A R_X t_S = -t_A is linear in the places and s.
-    """
-    turns_A, turns_S = A.copy(), S.copy()
-    turns_A[:, :3, 3], turns_S[:, :3, 3] = 0.0, 0.0
-    solved = hand_eye(turns_A, turns_S)
-    if solved is None:
-        return None
-    RX = solved[0][:3, :3]
-    off = np.linalg.norm(turns_A @ solved[0] @ turns_S - solved[1], axis=(1, 2))
-    good = off <= max(4 * float(np.median(off)), 1e-6)
-    RA, n = A[good, :3, :3], int(good.sum())
-    if n < FEWEST:
-        return None
-    moved = np.einsum("nij,jk,nk->ni", RA, RX, S[good, :3, 3])
-    unit = np.broadcast_to(-np.eye(3), RA.shape)
-    columns = np.concatenate([RA, unit, moved[:, :, np.newaxis]], axis=2).reshape(3 * n, 7)
-    x, _, rank, _ = np.linalg.lstsq(columns, -A[good, :3, 3].ravel(), rcond=1e-9)
-    return float(x[-1]) if rank == columns.shape[1] and x[-1] > 0 else None
 
 
 def _scaled(scale: float) -> str:
