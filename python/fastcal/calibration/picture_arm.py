@@ -18,11 +18,11 @@ from fastcal.calibration.picture_readings import BETTER, SLIPS, Arm
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_name
 from fastcal.robot.robot import Robot
-from fastcal.units import factor, to_si
+from fastcal.units import factor, from_si
 
 FloatArray = NDArray[np.float64]
 
-_QUARTERS = (90.0, -90.0, 180.0)  # [deg] by which zeros of joints are counted from elsewhere
+_QUARTERS = (np.pi / 2, -np.pi / 2, np.pi)  # [rad] by which zeros of joints are counted from elsewhere
 FAR_POSES = 0.03  # [m, rad] by which poses of no arm and camera disagree
 _FEWEST = 3  # joints of a chain that has more frames than its flange
 
@@ -56,8 +56,8 @@ def _joints_otherwise(robot: Robot, q: FloatArray) -> Iterator[tuple[str, Callab
     for i in np.flatnonzero(turning).tolist():
         for quarter in _QUARTERS:
             zero = np.zeros(q.shape[1])
-            zero[i] = to_si(quarter, "deg")
-            words = f"is the zero of {joint_name(i)} {-quarter:.0f} degrees away, as another program counts?"
+            zero[i] = quarter
+            words = f"is the zero of {joint_name(i)} {-from_si(quarter, 'deg'):.0f} degrees away, as others count?"
             yield words, partial(frames_of, robot, q + zero)
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.board_poses import board_poses, drawn_board, planar_misfit
 from fastcal.calibration.hand_eye import FEWEST, disagreement, hand_eye, length_ratio, solved_alike, with_lengths
 from fastcal.robot.rig import SQUARES, board_corners
+from fastcal.units import factor
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -33,7 +34,8 @@ _TRIED = 40  # pictures, spread over all
 _GLANCED = 12  # of them, for a lens
 _LOOKED = 3  # readings of the arm that are looked at closely, those that fit best at a glance
 _WHOLE = 0.03  # by which a ratio may miss that of two units, or of two sizes of picture
-_UNITS = {10.0: "in cm", 1000.0: "in m", 25.4: "in inches", 100.0: "100 times too small"}
+_UNITS = {factor(unit) / factor("mm"): text for unit, text in (("m", "in m"), ("in", "in inches"))}
+_UNITS |= {10.0: "in cm", 100.0: "100 times too small"}
 _SIZES = (2.0, 0.5, 1.5, 2 / 3, 3.0, 1 / 3, 4.0, 0.25)  # of pictures, in those that the lens was found with
 _FOCAL = np.geomspace(0.2, 5.0, 41)  # times the file's, that are tried
 
