@@ -18,9 +18,9 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.moving_rig import frames_of
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.unknowns import CORNERS, unknowns_with_covariance
@@ -32,8 +32,6 @@ from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import RobotSpec
 from fastcal.robot.se3 import skew
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.95
 EXCHANGED = 3.0  # times nearer to the other's place in the file than to its own
