@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.alignment import align as align
 from fastcal.calibration.best_fit import Way, best_fit
 from fastcal.calibration.bounds import bounds_reached
-from fastcal.calibration.camera_places import camera_places
+from fastcal.calibration.camera_places import camera_places, exchanged_names
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.data_notes import (
     covered,
@@ -35,7 +35,8 @@ from fastcal.calibration.parameter_table import (
     correlated_pairs,
     parameter_table,
 )
-from fastcal.calibration.pictures import Pictures, judged_pictures, seen_by_model
+from fastcal.calibration.picture_outliers import outlier_notes
+from fastcal.calibration.pictures import Pictures, check_pictures, judged_pictures, seen_by_model
 from fastcal.calibration.placed_test import evaluated_test
 from fastcal.calibration.postures import check_postures, saturated
 from fastcal.calibration.problem import prepare
@@ -155,7 +156,8 @@ def calibrate(
     report(said("looking at the columns"))
     looked = judged_pictures(robot, data, mend=mend, threads=threads) if checks else Pictures(data)
     data = looked.data
-    suspected = [*check_postures(data, parameters), *(check_columns(robot, data, as_read=as_read) if checks else [])]
+    suspected = [*check_postures(data, parameters), *check_pictures(looked, as_read=as_read)]
+    suspected += check_columns(robot, data, as_read=as_read) if checks else []
     report(said("aligning base and tool"))
     problem = prepare(
         robot,
@@ -222,6 +224,7 @@ def calibrate(
         train = judged_on_all(train, rows, long, result_model, **judge)
     touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
     lengths = known_lengths(start.description, *touched)
+    cameras = camera_places(problem, found, covariance, freedom, result_model) if long is None else []
     return CalibrationResult(
         status="too_few_equations" if few else "converged" if agrees_on_nothing else fit.status,
         message=few or fit.message,
@@ -255,6 +258,8 @@ def calibrate(
             *suspected,
             *([] if shape is None else [shape.note]),
             *check_fit(robot, train, as_read=as_read),
+            *(outlier_notes(result_model, data, found.outliers, train.kinds[CORNERS]) if cameras else []),
+            *exchanged_names(robot.description, result_model.description),
             *_notes(result_model, data),
             *length_notes(start.description, lengths),
             *([] if long is None else long_notes(long, data)),
@@ -271,7 +276,7 @@ def calibrate(
         held="" if fit.held is None else fit.held.note,
         unknowns=unknowns,
         known_lengths=lengths,
-        cameras=camera_places(problem, found, covariance, freedom, result_model) if long is None else [],
+        cameras=cameras,
         own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
     )
 

@@ -14,6 +14,7 @@ one axis its place along that axis.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -28,14 +29,17 @@ from fastcal.robot.core_model import pose
 from fastcal.robot.hand_eye import hand_eyes
 from fastcal.robot.rig import PLACEMENT, board_corners, known_within, pictures
 from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import RobotSpec
 from fastcal.robot.se3 import skew
 from fastcal.units import from_si
 
 LEVEL = 0.95
+EXCHANGED = 3.0  # times nearer to the other's place in the file than to its own
 ONE_AXIS = "turn what carries camera or board about another axis too, by 30 degrees and more"
 TWO_AXES = "turn what carries camera or board about two axes across each other, by 30 degrees and more"
 _KNOWN_TO = 10.0  # plausible sizes, GaugeOptions::practical_limit of the core: beyond it nothing is known
 _ROUNDING = 1e-12  # of the best known direction's information
+_LEVER = 0.3  # [m] at which a turn counts as a shift
 _SHARE = 0.3  # of an open direction that lies along an axis: so much makes that axis open
 
 
@@ -183,6 +187,21 @@ def _open_directions(problem: CalibrationProblem, found: _core.Identification, o
     known = sizes / known_within(problem.robot.description, unknowns)
     values, directions = np.linalg.eigh(J.T @ J + np.diag(known**2))
     return np.asarray(directions[:, values < max(1 / _KNOWN_TO**2, _ROUNDING * values[-1])])
+
+
+def exchanged_names(given: RobotSpec, found: RobotSpec) -> list[str]:
+    """A sentence for two cameras of which each was found where the file has the other."""
+
+    def apart(a: str, b: str) -> float:
+        T = np.linalg.inv(pose(given.cameras[a])) @ pose(found.cameras[b])
+        return float(np.hypot(np.linalg.norm(T[:3, 3]), _LEVER * np.linalg.norm(T[:3, :3] - np.eye(3))))
+
+    return [
+        f"cameras {a} and {b}: each was found where the file has the other; are their pictures exchanged?"
+        for a, b in combinations(given.cameras, 2)
+        if given.cameras[a]["on"] == given.cameras[b]["on"]
+        and (apart(a, b) + apart(b, a)) * EXCHANGED < apart(a, a) + apart(b, b)
+    ]
 
 
 def middles_of_boards(model: Robot, data: Dataset, camera: str) -> FloatArray:

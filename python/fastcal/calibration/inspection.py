@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import Evaluation, distances
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.plausibility import plausible
@@ -17,6 +18,7 @@ from fastcal.units import from_si, to_si
 FloatArray = NDArray[np.float64]
 
 BAD_SHARE = 0.01  # of the reach; calibrated arms miss by a thousandth at most
+BAD_PICTURE = 0.01  # of a picture's width; calibrated cameras miss by a thousandth at most
 BAD_TURN = to_si(5.0, "deg")  # calibrated arms and cameras miss by a degree at most
 COOLEST_F, HOTTEST_F = 50.0, 120.0  # degrees Fahrenheit of a workshop, 10 to 49 degC
 BESIDE_K = 10.0  # by which rows read as Fahrenheit may lie beyond the other rows
@@ -64,14 +66,16 @@ def _fahrenheit(data: Dataset) -> list[str]:
 
 
 def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[str]:
-    """Refuses a calibration that explains nothing: half of the rows are still far off, in place or in orientation.
+    """Refuses a calibration that explains nothing: half of the rows, or of the corners, are still far off.
 
     With `as_read`, a note says so instead.
 
     Raises:
         InvalidInput: The data are of another robot, or no measurements at all.
     """
-    messages = [message for message in (_far_points(robot, fit), _far_orientations(fit)) if message]
+    messages = [
+        message for message in (_far_points(robot, fit), _far_orientations(fit), _far_corners(robot, fit)) if message
+    ]
     if messages and not as_read:
         raise InvalidInput(f"{fit.data.source}: {messages[0]}; {ACCEPT}")
     return messages
@@ -102,6 +106,22 @@ def _far_orientations(fit: Evaluation) -> str | None:
         f"the orientations do not fit this robot: even when calibrated it misses half of them by more than "
         f"{from_si(median, 'deg'):.3g} deg; are they of this target, in the frame of the points, by the convention "
         f"that was named, and every one in the row of its pose?"
+    )
+
+
+def _far_corners(robot: Robot, fit: Evaluation) -> str | None:
+    """Corners beside other readings are judged as a kind that does not belong to these (`kind_misfits`)."""
+    if list(fit.kinds) != [CORNERS]:
+        return None
+    (of,) = fit.kinds.values()
+    median = float(np.nanmedian(of.after)) if not np.isnan(of.after).all() else 0.0
+    width = max(float(camera["size_px"][0]) for camera in robot.description.cameras.values())
+    if median <= BAD_PICTURE * width:
+        return None
+    return (
+        f"the pictures do not fit this robot: even when calibrated it misses half of the corners by more than "
+        f"{median:.3g} px in pictures {width:.0f} px wide; is every picture in the row of its posture, are board, lens "
+        "and arm those of the files, the joints in their order?"
     )
 
 

@@ -1,25 +1,42 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Pictures that cannot be what the table says: of another row's posture, or of a board read from its other end.
+"""Pictures that cannot be what the table says: of another row's posture, or of a board read from another corner.
 
-Each picture is held against every row's posture, in both orders of its corners, with cameras and boards where a start
+Each picture is held against every row's posture, in all orders of its corners, with cameras and boards where a start
 that does not mind such pictures puts them. One that fits another way JUDGED times better, and about as well as pictures
-do, is one.
+do, is one. Where half of the pictures are far off whatever the start, they are asked what else may have been meant
+(`picture_readings`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
+from fastcal.calibration.inspection import ACCEPT
+from fastcal.calibration.picture_arm import arm_of
+from fastcal.calibration.picture_knocks import knock_note
+from fastcal.calibration.picture_outliers import rows_in_words
+from fastcal.calibration.picture_readings import (
+    FAR,
+    Arm,
+    View,
+    drawn_by_poses,
+    meant_with_arm,
+    mirrored,
+    other_numbering,
+)
 from fastcal.calibration.unknowns import CORNERS, given_rig, unknowns_by_owner
+from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.rig import Seeing, pictures
+from fastcal.robot.rig import SQUARES, Seeing, board_corners, pictures
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +47,8 @@ ABOUT = 4.0  # times the median picture: an arm as it is drawn misses some pictu
 SECOND = "corner_again"  # of a data set: second pictures of a camera and board in their rows
 FEWEST = 4  # pictures of a camera and a board, from which a few can be told from the many
 _LISTED = 12  # rows that a sentence names
+_OTHER_END = "it was read from its other end, turned by 180 degrees; its corners are renumbered there"
+_MIRRORED = "its corners are in mirrored order; they are renumbered there"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,13 +59,13 @@ class Picture:
         row: Where the table has it.
         uv: (K, 2) its corners [px], NaN where not seen.
         fits: The row whose posture it fits; its own unless another does far better.
-        turned: Was the board read from its other end?
+        order: Of `orders` that in which its corners are.
     """
 
     row: int
     uv: FloatArray
     fits: int = -1
-    turned: bool = False
+    order: int = 0
 
     def __post_init__(self) -> None:
         if self.fits < 0:
@@ -60,10 +79,12 @@ class Pictures:
     Attributes:
         data: Boards that were read from the other end renumbered; pictures of other rows left out, or moved there.
         notes: A sentence a camera, board and slip.
+        meant: What was probably meant otherwise, where pictures are far off.
     """
 
     data: Dataset
     notes: tuple[str, ...] = ()
+    meant: tuple[str, ...] = ()
 
 
 def judged_pictures(
@@ -90,14 +111,37 @@ def judged_pictures(
     ways = [drawn for start in starts if (drawn := _drawn(robot, data, start, threads)) is not None]
     if not ways:
         return Pictures(data)
-    uv, notes = judged(robot.description, data.observed, ways, mend=mend)
-    return Pictures(replace(data, observed={**data.observed, CORNERS: uv}), notes) if notes else Pictures(data)
+    arm = arm_of(robot, data) if unknowns is None else None
+    found = judged(robot.description, data.observed, ways, mend=mend, arm=arm)
+    if found.notes:
+        data = replace(data, observed={**data.observed, CORNERS: found.uv})
+    return Pictures(data, found.notes, found.meant)
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """The corners as they were meant.
+
+    Attributes:
+        uv: (N, 2 K) [px], of one camera and board (N, K, 2).
+        notes: What was found, a sentence each.
+        meant: What was probably meant otherwise, a sentence each; the corners are then as they were read.
+    """
+
+    uv: FloatArray
+    notes: tuple[str, ...]
+    meant: tuple[str, ...]
 
 
 def judged(
-    rig: Seeing, tables: Mapping[str, FloatArray], ways: Sequence[FloatArray], *, mend: bool
-) -> tuple[FloatArray, tuple[str, ...]]:
-    """(N, 2 K) the corners as they were meant, and what was found, in sentences.
+    rig: Seeing,
+    tables: Mapping[str, FloatArray],
+    ways: Sequence[FloatArray],
+    *,
+    mend: bool,
+    arm: Arm | None = None,
+) -> Judged:
+    """The corners as they were meant.
 
     Args:
         rig: What has the cameras and boards.
@@ -105,31 +149,157 @@ def judged(
         ways: (N, K, 2) where each row's posture draws each corner [px], for each place that cameras and boards may
             have; that which the pictures fit best counts.
         mend: Put pictures into the rows that they fit, instead of leaving them out.
+        arm: What carries cameras and boards, to ask what was meant where pictures are far off; None: that is not asked.
     """
     drawn = min(ways, key=lambda drawn: _misfit(rig, tables[CORNERS], drawn))
     count = len(drawn)
     uv = tables[CORNERS].reshape(drawn.shape).copy()
     again = tables[SECOND].reshape(uv.shape) if SECOND in tables else np.full_like(uv, np.nan)
-    notes: list[str] = []
+    notes = list(_of_other_cameras(rig, uv, drawn, mend=mend))
+    meant: list[str] = []
     for (camera, board), part in pictures(rig).items():
-        shown = f"board {board} in camera {camera}"
-        there = [(i, of[i, part].copy()) for of in (uv, again) for i in range(count)]
+        own = uv[:, part].copy()
+        view = View(rig.cameras[camera], rig.boards[board], own, f"board {board} in camera {camera}", (camera, board))
+        there = [(i, of[i]) for of in (own, again[:, part]) for i in range(count)]
         found = [Picture(i, seen) for i, seen in there if np.isfinite(seen).any()]
-        turnable = rig.boards[board]["kind"] != "points"
-        placed = _placed(found, drawn[:, part], turnable=turnable)
-        uv[:, part] = np.nan
-        for picture in sorted(placed, key=lambda picture: picture.fits != picture.row, reverse=True):
-            if picture.fits == picture.row or mend:
-                uv[picture.fits, part] = picture.uv[::-1] if picture.turned else picture.uv
-        if turned := [picture.row for picture in placed if picture.turned]:
+        others = {name: entry for name, entry in rig.cameras.items() if name != camera}
+        of_view = _judged_view(view, found, drawn[:, part], others, arm, mend=mend)
+        uv[:, part] = of_view.uv
+        notes += of_view.notes
+        meant += of_view.meant
+    return Judged(uv.reshape(count, -1), tuple(notes), tuple(meant))
+
+
+def _judged_view(
+    view: View,
+    found: Sequence[Picture],
+    drawn: FloatArray,
+    others: Mapping[str, Mapping[str, Any]],
+    arm: Arm | None,
+    *,
+    mend: bool,
+) -> Judged:
+    """The corners (N, K, 2) of one camera and board as they were meant; `drawn` likewise."""
+    order, notes = orders(view.board), []
+    if arm is not None and len(found) >= FEWEST:
+        drawn, said = _far_off(view, arm, found, drawn, order, others)
+        if said is not None:
+            return Judged(view.uv, (), (said,))
+        if view.board["kind"] in ("checkerboard", "circles") and mirrored(view):
             notes.append(
-                f"{shown}: in {_rows(turned)} it was read from its other end, turned by 180 degrees; its corners are "
-                "renumbered there"
+                f"{view.shown}: its corners are counted from right to left, or its rows from the bottom: the board's z "
+                "points to the camera, whose place does not depend on it"
             )
-        if moved := [picture for picture in placed if picture.fits != picture.row]:
-            rows, fits = ([getattr(picture, key) for picture in moved] for key in ("row", "fits"))
-            notes.append(_of_other_rows(shown, np.array(rows), np.array(fits), mend))
-    return uv.reshape(count, -1), tuple(notes)
+    placed = _placed(found, drawn, order)
+    moved = [picture for picture in placed if picture.fits != picture.row]
+    rows, fits = (np.array([getattr(picture, key) for picture in moved]) for key in ("row", "fits"))
+    if arm is not None and not mend and 2 * len(moved) > len(found):
+        return Judged(view.uv, (), (_of_other_rows(view.shown, rows, fits, "--mend puts them where they fit"),))
+    uv = np.full_like(view.uv, np.nan)
+    for picture in sorted(placed, key=lambda picture: picture.fits != picture.row, reverse=True):
+        if picture.fits == picture.row or mend:
+            uv[picture.fits] = picture.uv[order[picture.order]]
+    notes += _renumbered(view.shown, placed)
+    if moved:
+        done = "they are put there" if mend else "they are left out; --mend puts them where they fit"
+        notes.append(_of_other_rows(view.shown, rows, fits, done))
+    knocked = None if arm is None else knock_note(replace(view, uv=uv), arm)
+    return Judged(uv, (*notes, *([] if knocked is None else [knocked])), ())
+
+
+def _renumbered(shown: str, placed: Sequence[Picture]) -> Iterator[str]:
+    for is_mirrored, what in ((False, _OTHER_END), (True, _MIRRORED)):
+        if turned := [of.row for of in placed if of.order and (of.order > 1) is is_mirrored]:
+            yield f"{shown}: in {rows_in_words(turned)} {what}"
+
+
+def _of_other_cameras(rig: Seeing, uv: FloatArray, drawn: FloatArray, *, mend: bool) -> Iterator[str]:
+    """Rows in which two cameras have each other's pictures, a sentence each; uv (N, K, 2) is put right in place."""
+    where = pictures(rig)
+    for a, b in combinations(rig.cameras, 2):
+        for board in rig.boards:
+            parts = where[a, board], where[b, board]
+            both = np.flatnonzero(
+                np.isfinite(uv[:, parts[0], 0]).any(axis=1) & np.isfinite(uv[:, parts[1], 0]).any(axis=1)
+            )
+            own, other = (
+                np.array(
+                    [
+                        sum(_rms(uv[i, p], drawn[i : i + 1, q])[0] for p, q in zip(parts, ends, strict=True))
+                        for i in both
+                    ]
+                )
+                for ends in (parts, parts[::-1])
+            )
+            if len(both) < FEWEST:
+                continue
+            rows = both[(other * JUDGED < own) & (other < ABOUT * np.median(own))]
+            if not len(rows):
+                continue
+            first = uv[rows, parts[0]].copy()
+            uv[rows, parts[0]] = uv[rows, parts[1]] if mend else np.nan
+            uv[rows, parts[1]] = first if mend else np.nan
+            done = "they are put right" if mend else "they are left out; --mend puts them right"
+            yield f"cameras {a} and {b} have each other's pictures of board {board} in {rows_in_words(rows)}; {done}"
+
+
+def orders(board: Mapping[str, Any]) -> list[IntArray]:
+    """Orders in which the corners of a board may have been read: as they are, from the other end, mirrored."""
+    if board["kind"] == "points":
+        return [np.arange(len(board["points_mm"]))]
+    own = np.arange(len(board_corners(board)))
+    if board["kind"] == "april_grid":
+        return [own, own[::-1]]
+    squares = int(board["kind"] in SQUARES)
+    grid = own.reshape(int(board["rows"]) - squares, -1)
+    return [own, own[::-1], grid[:, ::-1].ravel(), grid[::-1].ravel()]
+
+
+def check_pictures(looked: Pictures, *, as_read: bool = False) -> list[str]:
+    """Refuses pictures that were probably meant otherwise; with `as_read`, a note says so instead.
+
+    Raises:
+        InvalidInput: What was meant.
+    """
+    if looked.meant and not as_read:
+        raise InvalidInput(f"{looked.data.source}: {looked.meant[0]}; {ACCEPT}")
+    return list(looked.meant)
+
+
+def _far_off(
+    view: View,
+    arm: Arm,
+    found: Sequence[Picture],
+    drawn: FloatArray,
+    order: Sequence[IntArray],
+    others: Mapping[str, Mapping[str, Any]],
+) -> tuple[FloatArray, str | None]:
+    """Where the postures draw the board (N, K, 2), by another start where half of the pictures are far off.
+
+    And what was meant otherwise, where no start brings them near.
+    """
+    ways = [drawn[:, own] for own in order]
+    usual = float(np.median([min(_rms(of.uv, way[of.row : of.row + 1])[0] for way in ways) for of in found]))
+    limit = FAR * float(view.camera["size_px"][0])
+    if usual < limit:
+        return drawn, None
+    if said := other_numbering(view):
+        return drawn, said
+    some = found[:: max(1, len(found) // _LISTED)]
+
+    def fits(other: FloatArray) -> float:
+        return float(np.median([min(float(_rms(of.uv, other[:, own]).min()) for own in order) for of in some]))
+
+    other = drawn_by_poses(view, arm, fits, limit)
+    if other is not None and fits(other) < limit:
+        # From which end a camera's pictures are counted is free here, and must be the same for all cameras.
+        return min((other[:, own] for own in order[:2]), key=lambda way: _apart(way, drawn)), None
+    return drawn, meant_with_arm(view, arm, others)
+
+
+def _apart(a: FloatArray, b: FloatArray) -> float:
+    """Median distance of corners (N, K, 2) from those of another drawing [px]."""
+    return float(np.median(np.linalg.norm(a - b, axis=2)))
 
 
 def seen_by_model(model: Robot, data: Dataset, threads: int = 1, *, mend: bool = False) -> Pictures:
@@ -163,19 +333,18 @@ def _misfit(rig: Seeing, corners: FloatArray, drawn: FloatArray) -> float:
     uv = corners.reshape(drawn.shape)
     found = []
     for (_, board), part in pictures(rig).items():
-        turnable = rig.boards[board]["kind"] != "points"
+        order = orders(rig.boards[board])
         for i in np.flatnonzero(np.isfinite(uv[:, part]).any(axis=(1, 2))):
             own = drawn[i : i + 1, part]
-            ways = (own, own[:, ::-1]) if turnable else (own,)
-            found.append(min(float(_rms(uv[i, part], way)[0]) for way in ways))
+            found.append(min(float(_rms(uv[i, part], own[:, of])[0]) for of in order))
     return float(np.median(found)) if found else np.inf
 
 
-def _placed(found: Sequence[Picture], drawn: FloatArray, *, turnable: bool) -> list[Picture]:
+def _placed(found: Sequence[Picture], drawn: FloatArray, order: Sequence[IntArray]) -> list[Picture]:
     """The pictures of one camera and board, each with the row whose posture it fits; `drawn` is (N, K, 2) [px]."""
     if len(found) < FEWEST:
         return list(found)
-    ways = (drawn, drawn[:, ::-1]) if turnable else (drawn,)
+    ways = [drawn[:, of] for of in order]
     rms = np.array([[_rms(picture.uv, way) for way in ways] for picture in found])  # (pictures, ways, postures)
     usual = float(np.median([of[:, picture.row].min() for of, picture in zip(rms, found, strict=True)]))
     out = []
@@ -187,7 +356,7 @@ def _placed(found: Sequence[Picture], drawn: FloatArray, *, turnable: bool) -> l
         way, posture = divmod(int(np.argmin(of)), len(drawn))
         if own.min() <= 2 * best:  # its own posture does as well
             way, posture = int(np.argmin(own)), picture.row
-        out.append(replace(picture, fits=posture, turned=way == 1))
+        out.append(replace(picture, fits=posture, order=way))
     return out
 
 
@@ -198,22 +367,16 @@ def _rms(seen: FloatArray, drawn: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(np.sum((drawn - seen) ** 2, axis=2), axis=1)))
 
 
-def _of_other_rows(shown: str, rows: IntArray, fits: IntArray, mend: bool) -> str:
+def _of_other_rows(shown: str, rows: IntArray, fits: IntArray, done: str) -> str:
     """What is said of pictures that fit other rows: exchanged in pairs, slipped by as many rows, or of other rows."""
     pairs = dict(zip(rows.tolist(), fits.tolist(), strict=True))
-    done = "they are put there" if mend else "they are left out; --mend puts them where they fit"
     if all(pairs.get(j) == i for i, j in pairs.items()):
         told = " and ".join(f"{i} and {j}" for i, j in pairs.items() if i < j)
         return f"{shown}: the pictures of rows {told} are exchanged; {done}"
     steps = np.unique(rows - fits)
     if len(steps) == 1:
         by = "to the next row" if steps[0] == 1 else f"by {steps[0]} rows"
-        return f"{shown}: the pictures of {_rows(rows)} slipped {by}: they fit the postures of {_rows(fits)}; {done}"
+        fitted = f"they fit the postures of {rows_in_words(fits)}"
+        return f"{shown}: the pictures of {rows_in_words(rows)} slipped {by}: {fitted}; {done}"
     told = ", ".join(f"{i} the posture of {j}" for i, j in list(pairs.items())[:_LISTED])
     return f"{shown}: pictures are in the wrong rows: that of row {told}; {done}"
-
-
-def _rows(rows: Sequence[int] | IntArray) -> str:
-    listed = [str(int(row)) for row in rows[:_LISTED]]
-    more = f" and {len(rows) - _LISTED} others" if len(rows) > _LISTED else ""
-    return ("row " if len(rows) == 1 else "rows ") + ", ".join(listed) + more

@@ -29,6 +29,7 @@ _MOST = 5  # moves
 _AHEAD = 2  # moves that may be needed together
 _ROUNDS = 5
 _RANK = 1e-10
+_POSTURE = 6  # numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,7 @@ def find_shift(
         scale: [m] the standard deviation that a whitened 1 stands for.
     """
     rows = np.unique(row)
-    if len(rows) < 2 * _FEWEST or len(residual) - J.shape[1] - 6 < 6:
+    if len(rows) < 2 * _FEWEST or _numbers(row) - J.shape[1] - 6 < 6:
         return None
     alone = _left(J, residual, row)
     steps = _steps(J, motions, residual, row, alone)
@@ -157,7 +158,7 @@ def _beyond_chance(
     """Does the last of the steps explain more than chance could, anywhere in the rows?"""
     last = steps[-1]
     numbers = 6 * len(last.firsts)
-    freedom = len(residual) - J.shape[1] - 6 * sum(len(step.firsts) for step in steps)
+    freedom = _numbers(row) - J.shape[1] - 6 * sum(len(step.firsts) for step in steps)
     if freedom < 6:
         return False
     F = (before - last.left) / numbers / (last.left / freedom)
@@ -168,6 +169,11 @@ def _beyond_chance(
     from scipy import special  # takes longer to import than a fit, and few files come so far
 
     return bool(special.fdtrc(numbers, freedom, max(F, 0.0)) * tried <= _CHANCE)
+
+
+def _numbers(row: IntArray) -> int:
+    """Independent numbers: a row has six at most, as all corners of a picture share the error of its posture."""
+    return int(np.sum(np.minimum(np.unique(row, return_counts=True)[1], _POSTURE)))
 
 
 def _left(J: FloatArray, residual: FloatArray, row: IntArray) -> float:

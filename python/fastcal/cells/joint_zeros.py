@@ -28,10 +28,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from fastcal.calibration.board_poses import board_poses
+from fastcal.calibration.hand_eye import solved_alike
 from fastcal.calibration.moving_rig import frames_of
 from fastcal.calibration.unknowns import CORNERS
-from fastcal.cells.board_poses import board_poses
-from fastcal.cells.hand_eye import solved_alike
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_name
@@ -75,7 +75,7 @@ class JointZeros:
         zero = from_si(self.zero, "deg").tolist()
         parts = zip(self.sign.tolist(), zero, strict=True)
         return [
-            {"joint": i + 1, "sign": int(sign), "zero_deg": round(at, 6)}
+            {"joint": i + 1, "sign": int(sign), "zero_deg": round(at, 9)}
             for i, (sign, at) in enumerate(parts)
             if sign < 0 or at
         ]

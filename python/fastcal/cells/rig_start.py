@@ -68,8 +68,8 @@ def judged_readings(cell: Cell, readings: Readings, *, known: bool = False, mend
     if not known:
         with suppress(InvalidInput):  # which the fit will say
             places.append(rig_start(cell, readings))
-    uv, notes = judged(cell, readings.tables, [_drawn(cell, readings, at) for at in places], mend=mend)
-    return replace(readings, tables={**readings.tables, CORNERS: uv}, notes=(*readings.notes, *notes))
+    found = judged(cell, readings.tables, [_drawn(cell, readings, at) for at in places], mend=mend)
+    return replace(readings, tables={**readings.tables, CORNERS: found.uv}, notes=(*readings.notes, *found.notes))
 
 
 def _drawn(cell: Cell, readings: Readings, places: RigStart) -> FloatArray:

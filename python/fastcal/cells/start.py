@@ -17,9 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.hand_eye import gross, hand_eye
+from fastcal.calibration.picture_arm import meant_by_poses
 from fastcal.cells.cell import Cell
-from fastcal.cells.hand_eye import gross, hand_eye
 from fastcal.cells.readings import Readings
+from fastcal.errors import InvalidInput
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
 
@@ -65,6 +67,8 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
         found = hand_eye(A[whole], seen[whole])
         if found is None:
             continue
+        if meant := meant_by_poses(A[whole], seen[whole]):
+            raise InvalidInput(f"{readings.source}: poses of {target} as {sensor} saw it: {meant}")
         wrong[view] = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
         moved = {sensor: found[0], target: found[1]}
         points = tuple(replace(of, place=frame_spec(moved[of.name])) if of.name in moved else of for of in cell.points)

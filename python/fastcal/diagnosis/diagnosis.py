@@ -13,7 +13,7 @@ from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import gross_misfits
 from fastcal.calibration.parallel import workers
-from fastcal.calibration.pictures import judged_pictures
+from fastcal.calibration.pictures import check_pictures, judged_pictures
 from fastcal.calibration.placed_test import placing_notes
 from fastcal.calibration.postures import check_postures, too_few_postures
 from fastcal.diagnosis import grading, rivals, rules, suspect_columns, unexplained
@@ -95,7 +95,7 @@ def diagnose(
     test = None if test is None else of_unknown_order(as_data(test, robot))
     notify(said("looking at the columns"))
     check_postures(data)
-    suspected = check_columns(robot, data, as_read=as_read)
+    suspected = [*check_pictures(looked, as_read=as_read), *check_columns(robot, data, as_read=as_read)]
     misfits = gross_misfits(robot, data, threads)
     data = without_kinds(data, [misfit.kind.name for misfit in misfits])
     of_the_arm = [name for name in exclude if name.partition("@")[0] not in RIG_TRAITS]

@@ -24,7 +24,7 @@ from fastcal.io.tables import read_table
 from fastcal.io.tree_readings import load_readings
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
-from fastcal.robot.rig import Seeing, corner_counts, has_rig, pictures
+from fastcal.robot.rig import SQUARES, Seeing, corner_counts, has_rig, pictures
 from fastcal.robot.robot import Robot
 
 COLUMNS = ("row", "camera", "board", "corner", "u_px", "v_px")
@@ -144,7 +144,8 @@ def _corners(table: Table, rig: Seeing, rows: int) -> Corners:
     if (bad := np.flatnonzero((corner < 0) | (corner >= counts))).size:
         k = bad[0]
         name = list(rig.boards)[board[k]]
-        raise table.error(f"corner must be 0 to {counts[k] - 1} on board {name}, got {corner[k]}", int(k))
+        count = "; columns and rows count squares" if rig.boards[name]["kind"] in SQUARES else ""
+        raise table.error(f"corner must be 0 to {counts[k] - 1} on board {name}, got {corner[k]}{count}", int(k))
     uv = np.column_stack([_numbers(table, place[name]) for name in ("u_px", "v_px")])
     sizes = np.array([entry["size_px"] for entry in rig.cameras.values()], dtype=np.float64)[camera]
     beyond = (uv < -_BEYOND * sizes) | (uv > (1 + _BEYOND) * sizes)

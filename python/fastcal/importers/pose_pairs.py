@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.cells.hand_eye import FEWEST, hand_eye
+from fastcal.calibration.hand_eye import FEWEST, gross, hand_eye
+from fastcal.calibration.picture_arm import FAR_POSES, meant_by_poses
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.importers.pose_lists import checked, posed, read_pose_list
 from fastcal.io.yaml_file import read_yaml
@@ -27,6 +28,7 @@ FloatArray = NDArray[np.float64]
 
 _CLEAR = 5.0  # times better: the other way round is what the file means
 _MOST = 0.75  # of few pairs half may agree in a wrong way round
+_MOST_REACH = 30.0  # [m] of an arm, on its track
 _NEAR = 0.5  # of the least time between two poses of the arm
 
 
@@ -74,7 +76,8 @@ def read_pose_pairs(files: Sequence[Path], *, asked: bool = False) -> PosePairs 
         return None
     if len(found.flange) < FEWEST:
         raise InvalidInput(f"{files[0]}: holds {len(found.flange)} pairs of poses; expected {FEWEST} at least")
-    return _the_right_way(found)
+    right = _the_right_way(found)
+    return replace(right, notes=(*right.notes, *_check_agreement(right, files)))
 
 
 def _yaml_samples(path: Path) -> PosePairs | None:
@@ -191,6 +194,40 @@ def _the_right_way(found: PosePairs) -> PosePairs:
             "poses of the arm or those of the board are inverse, or calibration_type is the other"
         )
     return found
+
+
+def _check_agreement(found: PosePairs, files: Sequence[Path]) -> list[str]:
+    """A sentence for pairs of something else; refuses pairs that agree on no place of camera and board.
+
+    Raises:
+        InvalidInput: They do not, with what was probably meant.
+    """
+    source = " and ".join(map(str, files))
+    far = float(np.median(np.linalg.norm(found.flange[:, :3, 3], axis=1)))
+    if far > _MOST_REACH:
+        raise InvalidInput(f"{source}: the arm reaches {far:.4g} m; are the lengths in mm? They are taken as metres")
+    inverse = np.asarray(np.linalg.inv(found.flange), dtype=np.float64)
+    A = found.flange if found.in_hand else inverse
+    solved = hand_eye(A, found.seen)
+    if solved is None:
+        return []
+    off = np.linalg.norm(A @ solved[0] @ found.seen - solved[1], axis=(1, 2))
+    if float(np.median(off)) > FAR_POSES:
+        meant = meant_by_poses(found.flange, found.seen) or meant_by_poses(found.flange, found.seen, in_room=True)
+        asked = "is every pose of the board that of its row, and are both in the order and unit that were taken?"
+        raise InvalidInput(f"{source}: the poses of the arm and of the board do not agree: {meant or asked}")
+    others = np.flatnonzero(gross(A, found.seen, *solved) & (off > FAR_POSES))
+    if not len(others):
+        return []
+    # Where each pose of the board among them fits best, of these rows.
+    fits = np.array([[np.linalg.norm(A[j] @ solved[0] @ found.seen[i] - solved[1]) for j in others] for i in others])
+    other = others[np.argmin(fits, axis=1)]
+    named = ", ".join(f"{i} that of {j}" for i, j in zip(others, other, strict=True) if i != j)
+    where = (
+        f": the board's poses fit other rows, {named}" if named and float(fits.min(axis=1).max()) < FAR_POSES else ""
+    )
+    listed = ", ".join(map(str, others.tolist()))
+    return [f"pairs {listed} (counted from 0) do not agree with the others{where}; they get no weight"]
 
 
 def _misfit(A: FloatArray, S: FloatArray) -> float:

@@ -82,11 +82,11 @@ def test_what_is_known_within_a_sigma_is_held_there(tmp_path: Path) -> None:
     camera.write(tmp_path)
     held = camera.cell(sigma_mm=1e-4, sigma_deg=1e-5)
     (tmp_path / "cell.yaml").write_text(yaml.safe_dump(held))
-    found = calibrate(*loaded(tmp_path), parameters=[], checks=False)
+    found = calibrate(*loaded(tmp_path), parameters=[], checks=False, as_read=True)
     assert found.model.spec["cameras"]["wrist"]["xyz_mm"] == pytest.approx([0, -70, 50], abs=0.05)
     fixed = camera.cell(fixed=True)
     (tmp_path / "cell.yaml").write_text(yaml.safe_dump(fixed))
-    found = calibrate(*loaded(tmp_path), parameters=[], checks=False)
+    found = calibrate(*loaded(tmp_path), parameters=[], checks=False, as_read=True)
     assert found.model.spec["cameras"]["wrist"]["xyz_mm"] == [0, -70, 50]
     assert not any(p.owner == "camera wrist" for p in found.parameters)
 

@@ -15,7 +15,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
-from fastcal.cells.hand_eye import gross, hand_eye
+from fastcal.calibration.hand_eye import gross, hand_eye
 from fastcal.cells.pose_arm import pose_joints
 from fastcal.cli import main
 from fastcal.errors import InvalidInput

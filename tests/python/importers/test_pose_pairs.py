@@ -3,7 +3,7 @@
 """Hand-eye samples of other programs, in the forms that their own repositories hold, through to a camera's place."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from fastcal import _core
-from fastcal.cells.hand_eye import hand_eye
+from fastcal.calibration.hand_eye import hand_eye
 from fastcal.cli import main
 from fastcal.errors import InvalidInput
 from fastcal.importers.pose_lists import read_pose_list
@@ -183,3 +183,65 @@ def test_seven_pairs_that_turn_about_few_axes_are_read_the_right_way(tmp_path: P
     solved = hand_eye(found.flange, found.seen)
     assert solved is not None
     np.testing.assert_allclose(solved[0], mount, atol=1e-6)
+
+
+WXYZ, METRES = (3, 0, 1, 2), 1.0
+MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
+    "the board's quaternions": ({"board": WXYZ}, "are the quaternions of the board's poses w x y z, read as x y z w?"),
+    "the arm's quaternions": ({"arm": WXYZ}, "are the quaternions of the arm's poses w x y z, read as x y z w?"),
+    "both quaternions": ({"arm": WXYZ, "board": WXYZ}, "are the quaternions of both w x y z"),
+    "the arm in mm": ({"arm_size": 1e3}, "are the lengths in mm?"),
+    "the board in mm": ({"board_size": 1e3}, "times those of the arm, one in another unit?"),
+    "slipped": ({"slip": 1}, "did the board's poses slip by 1 rows?"),
+}
+
+
+def lists(
+    folder: Path,
+    seed: int,
+    *,
+    arm: Sequence[int] = (0, 1, 2, 3),
+    board: Sequence[int] = (0, 1, 2, 3),
+    arm_size: float = METRES,
+    board_size: float = METRES,
+    slip: int = 0,
+    exchanged: Sequence[int] = (),
+) -> list[str]:
+    """Two lists of x y z qx qy qz qw of pairs, with a mistake; `slip` of the board's poses."""
+    random = np.random.default_rng(seed)
+    pairs = sessions(in_hand=bool(seed % 2))
+    flange, seen = (T.copy() for T in pairs)
+    for T in (flange, seen):
+        T[:, :3, 3] += 3e-4 * random.standard_normal((len(T), 3))
+    seen[list(exchanged)] = seen[list(exchanged)[::-1]]
+    flange, seen = flange[slip:], seen[: len(seen) - slip]
+    out = []
+    for name, T, order, size in (("arm", flange, arm, arm_size), ("board", seen, board, board_size)):
+        wxyz = np.array([quaternion(each) for each in T])
+        values = np.hstack([size * T[:, :3, 3], wxyz[:, [1, 2, 3, 0]][:, list(order)]])
+        path = folder / f"{name}.txt"
+        path.write_text("\n".join(" ".join(f"{v:.9f}" for v in row) for row in values) + "\n")
+        out.append(str(path))
+    return out
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_lists_that_were_meant_otherwise_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, seed: int
+) -> None:
+    mistake, says = MISTAKES[name]
+    files = lists(tmp_path, seed, **mistake)
+    assert main(["import", *files, "--hand-eye", "-o", str(tmp_path / "poses.csv")]) == 2
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / "poses.csv").exists()
+
+
+def test_exchanged_pairs_are_named_and_right_ones_are_not(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for seed, exchanged in ((1, [2, 7]), (2, []), (3, [])):
+        files = lists(tmp_path, seed, exchanged=exchanged)
+        assert main(["import", *files, "--hand-eye", "-o", str(tmp_path / "poses.csv")]) == 0
+        text = capsys.readouterr()
+        named = "the board's poses fit other rows, 2 that of 7, 7 that of 2" in text.out + text.err
+        assert named is bool(exchanged)
+        assert ("do not agree" in text.out + text.err) is bool(exchanged)

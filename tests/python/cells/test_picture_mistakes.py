@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Each mistake with pictures is named in one sentence, none is taken silently, and none is seen where there is none."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fastcal.cli.app import main
+
+from . import camera_scene as scene
+from .picture_mistakes import ERROR_MM, MISTAKES, PICTURES, of_poses, two_cameras
+
+SEEDS = (1, 2, 3)
+CLEAN = 40
+# What guards say, in any words.
+GUARDS = re.compile(
+    r"exchanged|slipped|other end|mirrored|right to left|knocked|agree with one another|do not fit|in a row|"
+    r"times as large|counts? the other|another lens|each other|found where the file"
+)
+
+
+def said(folder: Path, capsys: pytest.CaptureFixture[str], command: str = "calibrate") -> tuple[int, str]:
+    """Exit code, and all that a user reads."""
+    files = [str(folder / name) for name in ("cell.yaml", "poses.csv")]
+    code = main([command, *files, "--corners", str(folder / "corners.csv"), "-o", str(folder / "out")])
+    shown = capsys.readouterr()
+    return code, shown.out + shown.err
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    mistake = MISTAKES[name]
+    for seed in SEEDS[: 1 if mistake.refused else len(SEEDS)]:
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        uv = scene.write(folder, PICTURES, seed, error_mm=ERROR_MM, joint_noise_deg=0.002)
+        mistake.change(folder, uv)
+        code, text = said(folder, capsys)
+        assert mistake.says in text, f"seed {seed}: {text}"
+        assert (code == 2) is mistake.refused, f"seed {seed}: exit {code}"
+        assert (folder / "out").exists() is not mistake.refused
+
+
+@pytest.mark.parametrize(
+    "name", ["two pictures exchanged", "slipped from row 4 on", "all slipped", "all in the reverse order"]
+)
+def test_pictures_of_other_rows_are_put_where_they_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    uv = scene.write(tmp_path, PICTURES, 1)
+    MISTAKES[name].change(tmp_path, uv)
+    files = [str(tmp_path / file) for file in ("cell.yaml", "poses.csv", "corners.csv")]
+    words = [*files[:2], "--corners", files[2], "--mend", "-o", str(tmp_path / "out")]
+    assert main(["calibrate", *words]) == 0
+    assert "they are put there" in capsys.readouterr().err
+
+
+def test_what_was_meant_is_accepted_as_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    uv = scene.write(tmp_path, PICTURES, 1)
+    MISTAKES["squares of another board"].change(tmp_path, uv)
+    files = [str(tmp_path / file) for file in ("cell.yaml", "poses.csv", "corners.csv")]
+    assert main(["calibrate", *files[:2], "--corners", files[2], "--as-read", "-o", str(tmp_path / "out")]) == 0
+    assert "1.25 times as large" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["squares in cm", "radians as degrees", "lens of twice the size", "all slipped"])
+def test_diagnose_says_so_too(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    MISTAKES[name].change(tmp_path, scene.write(tmp_path, PICTURES, 1))
+    code, text = said(tmp_path, capsys, "diagnose")
+    assert code == 2
+    assert MISTAKES[name].says in text
+
+
+def test_nothing_is_said_of_clean_sets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    alarms = []
+    for seed in range(CLEAN):
+        random = np.random.default_rng(seed)
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        noise, joints, error = random.uniform(0.02, 0.6), random.choice([0.0, 0.002, 0.02]), random.uniform(-3, 3)
+        uv = scene.write(folder, int(random.integers(10, 24)), 100 + seed, noise, error, joints)
+        if seed % 4 == 1:
+            of_poses(error_mm=error)(folder, uv)
+        if seed % 4 == 2:
+            two_cameras(folder, [])
+        code, text = said(folder, capsys)
+        if code == 2 or GUARDS.search(text):
+            alarms.append((seed, text))
+    assert alarms == []
