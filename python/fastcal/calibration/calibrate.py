@@ -220,6 +220,7 @@ def calibrate(
     misfits = [] if fit.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
+    doubts = [*suspected, *check_fit(robot, train, as_read=as_read), *seen.choices]
     touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
     lengths = known_lengths(start.description, *touched)
     return CalibrationResult(
@@ -247,14 +248,14 @@ def calibrate(
         test=tested,
         misfits=misfits,
         caveats=seen.caveats,
+        doubts=doubts,
         shape=shape,
         notes=[
             *(misfit.text for misfit in misfits),
             *seen.caveats,
             *looked.notes,
-            *suspected,
             *([] if shape is None else [shape.note]),
-            *check_fit(robot, train, as_read=as_read),
+            *doubts,
             *_notes(result_model, data),
             *length_notes(start.description, lengths),
             *([] if long is None else long_notes(long, data)),
@@ -262,7 +263,7 @@ def calibrate(
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
-            *(note for note in seen.notes if note not in seen.caveats),
+            *(note for note in seen.notes if note not in (*seen.caveats, *doubts)),
             *([fit.message] if agrees_on_nothing else []),
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
             *placing,
