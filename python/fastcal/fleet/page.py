@@ -4,12 +4,10 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from pathlib import Path
 from statistics import median
-from typing import Any
 from urllib.parse import quote
 
 from fastcal.fleet.result import ArmResult, Fleet
@@ -20,7 +18,7 @@ from fastcal.report.diagnosis_words import VERDICTS, short_name
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
 from fastcal.report.kind_words import beside_mm
-from fastcal.report.language import _, decimal_sign, in_language
+from fastcal.report.language import _, in_language
 from fastcal.report.tables import Cell, Column, Group, Table
 from fastcal.report.words import Remark, Verdict, listed
 from fastcal.said import said
@@ -179,15 +177,6 @@ def _notes(found: Fleet) -> list[tuple[str, str]]:
     return [(arm.name, arm.message) for arm in _worst_first(found) if arm.status == "converged" and arm.message]
 
 
-def _ticks(sizes: list[float]) -> dict[str, Any]:
-    """1, 2 and 5 of each power of ten, written out."""
-    if not sizes:
-        return {}
-    powers = range(math.floor(math.log10(min(sizes))), math.ceil(math.log10(max(sizes))) + 1)
-    ticks = [step * 10.0**power for power in powers for step in (1, 2, 5)]
-    return {"tickvals": ticks, "ticktext": [f"{tick:.10g}".replace(".", decimal_sign()) for tick in ticks]}
-
-
 def _drawing(found: Fleet) -> Figure:
     arms = [arm for arm in reversed(_worst_first(found)) if arm.unit == "mm" and None not in (arm.before, arm.after)]
     place = list(range(1, len(arms) + 1))
@@ -204,7 +193,7 @@ def _drawing(found: Fleet) -> Figure:
         _("arms, the best first"),
         _("RMS error (mm), logarithmic"),
         xaxis=steps,
-        yaxis={"type": "log", "exponentformat": "none"} | _ticks(sizes),
+        yaxis={"type": "log", "exponentformat": "none"} | figures.log_ticks(sizes),
     )
     alt = _("Root mean square error of every arm, nominal and calibrated, sorted by the latter.")
     return Figure("fleet", _("Error of every arm"), alt, traces, drawn, columns=6, height=380, key=key)

@@ -34,7 +34,7 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
 def step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
     """What to do after a calibration, as part of a sentence."""
     if result.status != "converged" and result.doubts:
-        return _("look at the arm, the order of its joints and the rows of its points; then calibrate again")
+        return _("settle what the warnings say; if that is not it, measure more poses, or more varied ones")
     if result.status != "converged":
         return _("measure more poses, or more varied ones; `fastcal design` chooses them")
     if result.misfits:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.report.arm import skeleton
+from fastcal.report.figures import log_ticks
 from fastcal.report.formatting import significant
 from fastcal.report.language import _, decimal_sign
 from fastcal.robot.robot import Robot
@@ -96,7 +97,7 @@ def falling(counts: Sequence[float], values_mm: Sequence[float], goal_mm: float 
     }  # fmt: skip
     layout: dict[str, Any] = {
         "xaxis": {**axis, "title": {"text": x}, "rangemode": "tozero"},
-        "yaxis": {**axis, "title": {"text": _("predicted σ, mm")}, "type": "log", **_written_out(values_mm)},
+        "yaxis": {**axis, "title": {"text": _("predicted σ, mm")}, "type": "log", **log_ticks(values_mm)},
         "margin": {"l": 60, "r": 10, "t": 10, "b": 45}, "height": 260,
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)", "uirevision": "kept",
     }  # fmt: skip
@@ -106,16 +107,6 @@ def falling(counts: Sequence[float], values_mm: Sequence[float], goal_mm: float 
         layout["annotations"] = [{"xref": "paper", "x": 1, "y": float(np.log10(goal_mm)), "text": _("goal"),
                                   "showarrow": False, "yshift": 9, "font": {"color": GREEN}}]  # fmt: skip
     return {"data": [line], "layout": layout | {"separators": f"{decimal_sign()} "}, "config": _CONFIG}
-
-
-def _written_out(values: Sequence[float]) -> dict[str, Any]:
-    """Ticks of a logarithmic axis: 1, 2 and 5 of each power of ten near the values, as numbers are written."""
-    known = [value for value in values if value > 0]
-    if not known:
-        return {}
-    powers = range(int(np.floor(np.log10(min(known)))), int(np.ceil(np.log10(max(known)))) + 1)
-    ticks = [step * 10.0**power for power in powers for step in (1, 2, 5)]
-    return {"tickvals": ticks, "ticktext": [f"{tick:.10g}".replace(".", decimal_sign()) for tick in ticks]}
 
 
 def bars(names: Sequence[str], values: Sequence[float], colours: Sequence[str], unit: str) -> Figure:
