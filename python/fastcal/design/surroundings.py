@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
 from fastcal.said import said
 
-FloatArray = NDArray[np.float64]
 Point = Sequence[float]
 Corners = tuple[Point, Point]
 
