@@ -119,7 +119,9 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
     near = near_fit(part, found) if way.checks and found.status == "converged" else None
     serial, more, caveats = (None, [], []) if near is None else noise_and_posture(near, part, found)
     aside = [*fit.moved, *([] if chosen.why else fit.set_aside)]
-    return BestFit(problem, found, Checks(serial, [*notes, *more], aside, caveats), held, limits, status, message)
+    return BestFit(
+        problem, found, Checks(serial, [*notes, *more], aside, caveats, notes), held, limits, status, message
+    )
 
 
 def _held(

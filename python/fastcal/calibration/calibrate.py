@@ -222,6 +222,7 @@ def calibrate(
     misfits = [] if fit.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
+    doubts = [*suspected, *check_fit(robot, train, as_read=as_read), *seen.choices]
     touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
     lengths = known_lengths(start.description, *touched)
     cameras = camera_places(problem, found, covariance, freedom, result_model) if long is None else []
@@ -250,14 +251,14 @@ def calibrate(
         test=tested,
         misfits=misfits,
         caveats=seen.caveats,
+        doubts=doubts,
         shape=shape,
         notes=[
             *(misfit.text for misfit in misfits),
             *seen.caveats,
             *looked.notes,
-            *suspected,
             *([] if shape is None else [shape.note]),
-            *check_fit(robot, train, as_read=as_read),
+            *doubts,
             *(outlier_notes(result_model, data, found.outliers, train.kinds[CORNERS]) if cameras else []),
             *exchanged_names(robot.description, result_model.description),
             *_notes(result_model, data),
@@ -267,7 +268,7 @@ def calibrate(
             *added_setups(start, robot, effects),
             *thin_data_notes(found, loss),
             *(p.bound.note(f"{p.owner} {p.name}", p.value, p.unit) for p in table if p.bound is not None),
-            *(note for note in seen.notes if note not in seen.caveats),
+            *(note for note in seen.notes if note not in (*seen.caveats, *doubts)),
             *([fit.message] if agrees_on_nothing else []),
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
             *placing,

@@ -41,12 +41,14 @@ class Checks:
         notes: Sentences for a reader.
         set_aside: Rows of a part that moved, and gross rows beside those that the fit found.
         caveats: Those of the notes by which the stated deviations do not hold.
+        choices: Those of the notes that say which rows are used and which fit stands.
     """
 
     serial: SerialCorrelation | None = None
     notes: list[str] = field(default_factory=list)
     set_aside: list[int] = field(default_factory=list)
     caveats: list[str] = field(default_factory=list)
+    choices: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False)

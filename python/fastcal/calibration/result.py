@@ -73,6 +73,7 @@ class CalibrationResult(Plotted):
         weights: (N,) robust weight of each row of `train.data`, 1 is full.
         misfits: Kinds of reading that do not belong to the arm or to the other kinds; `notes` begin with them.
         caveats: Those of the notes by which the stated deviations and intervals do not hold.
+        doubts: Those of the notes that come first: doubtful columns and rows, and which rows and which fit stand.
         shape: How surely distances between points are known, where no points were measured.
         held: How the geometry of few poses was held near nominal, a sentence; empty where it was free.
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
@@ -103,6 +104,7 @@ class CalibrationResult(Plotted):
     notes: list[str] = field(default_factory=list)
     misfits: list[KindMisfit] = field(default_factory=list)
     caveats: list[str] = field(default_factory=list)
+    doubts: list[str] = field(default_factory=list)
     shape: Shape | None = None
     held: str = ""
     unknowns: dict[str, FloatArray] = field(default_factory=dict)

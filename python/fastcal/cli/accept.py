@@ -129,6 +129,7 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
     from fastcal.acceptance import plan_acceptance
     from fastcal.io.acceptance_plan import write_test
     from fastcal.programs.measuring import check_axes
+    from fastcal.report.language import _
     from fastcal.units import from_si
 
     check_axes(robot.axis_types)  # before the search for the cube, which may take long
@@ -137,9 +138,18 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
         made = plan_acceptance(robot, program=output.name, **options)
     files = write_test(output, made, robot)
     warn(made.notes)
-    middle = ", ".join(f"{value:.1f}" for value in from_si(made.cube.centre, "mm"))
+    x, y, z = map(float, from_si(made.cube.centre, "mm"))
     edge = float(from_si(made.cube.edge, "mm"))
-    say(f"cube with an edge of {edge:g} mm about {middle} mm in the base; {len(made.visits)} measured stops")
+    say(
+        _(
+            "cube with an edge of {edge:g} mm about {x:.1f}, {y:.1f}, {z:.1f} mm in the base; {stops} measured stops",
+            edge=edge,
+            x=x,
+            y=y,
+            z=z,
+            stops=len(made.visits),
+        )
+    )
     for file in files:
         say(str(file))
     emit(
@@ -161,6 +171,7 @@ def _judge_path(robot: Robot, data: list[Path], corners: Path, output: Path, lan
     from fastcal.acceptance import path_figures
     from fastcal.io.folder import check_folder
     from fastcal.io.recorded_path import load_corners, load_run
+    from fastcal.report.language import _
     from fastcal.report.measured_path_report import FILES, write_measured_path
     from fastcal.units import from_si
 
@@ -172,10 +183,17 @@ def _judge_path(robot: Robot, data: list[Path], corners: Path, output: Path, lan
     found = path_figures(commanded.points, runs, rotation=turned[0] if turned is not None and kept else None)
     write_measured_path(found, robot.name, output, language=language)
     content = found.to_json_dict()
-    say(f"{found.runs} runs: AT {content['AT_mm']:.4f} mm, RT {content['RT_mm']:.4f} mm")
+    at, rt = (float(content[name]) for name in ("AT_mm", "RT_mm"))
+    say(_("{runs} runs: AT {at:.4f} mm, RT {rt:.4f} mm", runs=found.runs, at=at, rt=rt))
     for corner in found.corners:
         rounding, overshoot = (from_si(float(value), "mm") for value in (corner.rounding, corner.overshoot))
-        say(f"corner {corner.corner}: rounding {rounding:.4f} mm, overshoot {overshoot:.4f} mm")
+        text = _(
+            "corner {corner}: rounding {rounding:.4f} mm, overshoot {overshoot:.4f} mm",
+            corner=corner.corner,
+            rounding=rounding,
+            overshoot=overshoot,
+        )
+        say(text)
     say(str(output / "report.html"))
     emit(content)
 

@@ -88,6 +88,7 @@ def design(
     from fastcal.io.robot_file import load_robot
     from fastcal.io.surroundings_file import load_surroundings
     from fastcal.io.tree_file import is_cell
+    from fastcal.report.language import _
     from fastcal.robot.rig import has_rig
     from fastcal.units import from_si, to_si
 
@@ -148,7 +149,7 @@ def design(
     poses = design_candidates(found)
     files, notes = write_poses_and_program(output, poses, arm, place, **driving)
     _say(found, separate)
-    for line in [*(f"program: {file}" for file in files[1:]), *notes]:
+    for line in [*(_("program: {file}", file=file) for file in files[1:]), *notes]:
         say(line)
     emit(
         {
@@ -182,6 +183,8 @@ def _targets(path: Path, arm: Robot) -> Targets | Dataset:
 
 def _say(found: PoseDesign, separate: str | None) -> None:
     """The design in a few lines."""
+    from fastcal.report.language import _
+
     for line in found.summary().splitlines():
         say(line)
     if found.separation is not None and separate is not None:
@@ -190,9 +193,14 @@ def _say(found: PoseDesign, separate: str | None) -> None:
         for i, present in enumerate(names):
             for j, fitted in enumerate(names):
                 if i != j:
-                    say(
-                        f"{fitted} in place of {present} is refused: {before[i, j]:.0%} before, {after[i, j]:.0%} after"
+                    text = _(
+                        "{fitted} in place of {present} is refused: {before:.0f} % before, {after:.0f} % after",
+                        fitted=fitted,
+                        present=present,
+                        before=100.0 * float(before[i, j]),
+                        after=100.0 * float(after[i, j]),
                     )
+                    say(text)
 
 
 def _masses(text: str) -> list[float]:

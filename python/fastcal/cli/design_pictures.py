@@ -35,6 +35,7 @@ def design_of_pictures(
     from fastcal.errors import InvalidInput
     from fastcal.importers.corners import load_seen
     from fastcal.io.design_out import write_poses_and_program
+    from fastcal.report.language import _
 
     for option, (value, default) in of_points.items():
         if value != default:
@@ -48,13 +49,15 @@ def design_of_pictures(
             arm, count, measured=taken, surroundings=driving["surroundings"], focus=focus, progress=show, **options
         )
     files, notes = write_poses_and_program(output, found.poses, arm, place, **driving)
-    say(f"{output}: {count} pictures of {found.candidate_count} that show a board and are clear")
+    chosen = {"file": output, "count": count, "all": found.candidate_count}
+    say(_("{file}: {count} pictures of {all} that show a board and are clear", **chosen))
     for camera, share in found.coverage.items():
-        say(f"camera {camera}: corners in {share:.0%} of the parts of its picture")
-    for title, places in (("before", found.before), ("after", found.after)):
+        part = 100.0 * float(share)
+        say(_("camera {camera}: corners in {share:.0f} % of the parts of its picture", camera=camera, share=part))
+    for title, places in ((_("before"), found.before), (_("after"), found.after)):
         for of in places:
             say(f"{title}: {of.sentence}")
-    for line in [*(f"program: {file}" for file in files[1:]), *notes]:
+    for line in [*(_("program: {file}", file=file) for file in files[1:]), *notes]:
         say(line)
     warn(found.notes)
     emit(

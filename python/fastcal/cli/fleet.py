@@ -76,12 +76,20 @@ def fleet(
 
 
 def _say(found: Fleet, output: Path) -> None:
-    done = "diagnosed" if found.is_diagnosed else "calibrated"
-    say(f"{len(found) - len(found.failed)} of {len(found)} arms {done}")
+    from fastcal.fleet.page import STATUSES
+    from fastcal.report.diagnosis_words import VERDICTS
+    from fastcal.report.language import _, language
+
+    numbers = {"some": len(found) - len(found.failed), "all": len(found)}
+    if found.is_diagnosed:
+        say(_("{some} of {all} arms diagnosed", **numbers))
+    else:
+        say(_("{some} of {all} arms calibrated", **numbers))
     for arm in found:
         if arm.verdict:
-            say(f"  {arm.name}: {arm.verdict}{': ' if arm.causes else ''}{arm.causes}")
+            word = arm.verdict if language.get() == "en" else _(VERDICTS[arm.verdict][0])
+            say(f"  {arm.name}: {word}{': ' if arm.causes else ''}{arm.causes}")
     for arm in found.failed:
-        say(f"  {arm.name}: {arm.status.replace('_', ' ')}: {arm.message}")
+        say(f"  {arm.name}: {_(STATUSES[arm.status])}: {arm.message}")
     say(str(output / "report.html"))
     emit({"arms": [arm.to_row() for arm in found]})

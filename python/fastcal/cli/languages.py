@@ -11,7 +11,7 @@ from typing import Any, get_type_hints
 from fastcal.cli.options import PageLanguage
 from fastcal.cli.signatures import with_options
 
-_WITHOUT_PAGE = ("compensate", "evaluate")
+_WITHOUT_PAGE = ("compensate", "design", "evaluate")
 
 
 def with_language(name: str, command: Callable[..., None]) -> Callable[..., None]:

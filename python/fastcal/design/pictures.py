@@ -37,6 +37,7 @@ from fastcal.robot.hand_eye import hand_eyes
 from fastcal.robot.rig import PLACEMENT, has_rig, known_within, pictures
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import skew
+from fastcal.said import said
 
 SIGMA_PX = 0.2  # of a corner's coordinate where nothing better is known
 GRID = (8, 6)  # parts across and down of a camera's picture
@@ -118,8 +119,10 @@ def design_pictures(
     shows = np.isfinite(uv[..., 0]).any(axis=1)
     around = Surroundings(mounting=True) if surroundings is None else surroundings
     obstacle = around.obstacles(robot, np.ascontiguousarray(q), threads=threads)
-    rejected = {why: int(np.sum(shows & (obstacle == key))) for key, why in REASONS.items()}
-    rejected = {why: number for why, number in rejected.items() if number} | {"show no board well": int((~shows).sum())}
+    rejected: dict[str, int] = {why: int(np.sum(shows & (obstacle == key))) for key, why in REASONS.items()}
+    rejected = {why: number for why, number in rejected.items() if number} | {
+        said("show no board well"): int((~shows).sum())
+    }
     good = np.flatnonzero(shows & (obstacle == 0))
     if len(good) < count:
         why = ", ".join(f"{number} {reason}" for reason, number in rejected.items())

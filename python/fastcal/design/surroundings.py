@@ -14,17 +14,18 @@ from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
+from fastcal.said import said
 
 Point = Sequence[float]
 Corners = tuple[Point, Point]
 
-REASONS = {
-    1: "meet a keep-out box",
-    2: "leave the region",
-    3: "are out of the tracker's range",
-    4: "turn the reflector away",
-    5: "are hidden from the tracker",
-    6: "go below the mounting face or into the arm's own column",
+REASONS: dict[int, str] = {
+    1: said("meet a keep-out box"),
+    2: said("leave the region"),
+    3: said("are out of the tracker's range"),
+    4: said("turn the reflector away"),
+    5: said("are hidden from the tracker"),
+    6: said("go below the mounting face or into the arm's own column"),
 }
 COLLISIONS = (1, 6)  # the reasons for which an arm can't be where a posture brings it
 COLUMN = 0.1  # of the reach: radius of the arm's own column about the base's z

@@ -231,9 +231,12 @@ def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     told = [f for f in found.effects if not (_is_outdone(f) or _is_of_a_plain_model(f))]
     named = [f for f in told if traits_of(f.effect).role != "curve" and not (many and f in waves)]
     unproven = [f for f in named if f.grade == "B" and not f.equivalents]
-    sentences += [_cause(f) for f in named if f not in unproven]
+    certain = [f for f in named if f.grade != "C" and not f.equivalents and f not in unproven]
+    if certain:
+        sentences.append(_certain(certain))
     if unproven:
         sentences.append(_unproven(unproven))
+    sentences += [_doubtful(f) for f in named if f not in unproven and f not in certain]
     curves = [owner_in_words(f.owner) for f in told if traits_of(f.effect).role == "curve"]
     if curves:
         sentences.append(
@@ -260,21 +263,28 @@ def _many_waves(waves: list[Finding]) -> Said:
     )
 
 
-def _cause(f: Finding) -> Said:
+def _certain(findings: list[Finding]) -> Said:
+    """Those that nothing else explains, in one sentence."""
+    causes = [
+        said("{cause}, {times:.0f} times the noise", cause=cause_in_words(f.effect, f.owner), times=f.snr)
+        for f in findings
+    ]
+    return said("{causes}; all other causes are ruled out.", causes=capital(joined("; ", causes)))
+
+
+def _doubtful(f: Finding) -> Said:
     what = capital(cause_in_words(f.effect, f.owner))
     if f.equivalents:
         others = chained("{first} or {second}", [cause_in_words(*other) for other in f.equivalents])
         return said("{cause}, or {others}: these data can't tell which.", cause=what, others=others)
     if f.grade == "C" and not f.in_model:
-        return said("{cause}, is possible, and no more.", cause=what)
-    if f.grade == "C":
-        if any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1]):
-            because = said("the cause may be another one")
-        else:
-            because = said("the cause is another one")
-        text = said("{cause}, is in the model because poses are predicted better with it", cause=what)
-        return joined("", [text, "; ", because, "."])
-    return said("{cause}, {times:.0f} times the noise; all other causes are ruled out.", cause=what, times=f.snr)
+        return said("{cause} is possible, and no more.", cause=what)
+    if any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1]):
+        because = said("the cause may be another one")
+    else:
+        because = said("the cause is another one")
+    text = said("{cause} is in the model because poses are predicted better with it", cause=what)
+    return joined("", [text, "; ", because, "."])
 
 
 def _unproven(found: list[Finding]) -> Said:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from statistics import median
 from urllib.parse import quote
@@ -13,13 +14,13 @@ from fastcal.fleet.result import ArmResult, Fleet
 from fastcal.io.atomic import write_text
 from fastcal.io.tables import write_csv
 from fastcal.report import figures, page
-from fastcal.report.diagnosis_words import VERDICTS
+from fastcal.report.diagnosis_words import VERDICTS, short_name
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
 from fastcal.report.kind_words import beside_mm
 from fastcal.report.language import _, in_language
 from fastcal.report.tables import Cell, Column, Group, Table
-from fastcal.report.words import Remark, Verdict
+from fastcal.report.words import Remark, Verdict, listed
 from fastcal.said import said
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
@@ -31,6 +32,7 @@ STATUSES = {
     "too_few_equations": said("too few equations"),
 }
 _MOST_TOLD = 6  # arms that the verdict names
+_OUTSTANDING = 2  # times the error of the middle arm, beyond which an arm is named
 _EACH_TICKED = 12  # arms: with more, Plotly finds whole numbers by itself
 
 
@@ -58,7 +60,9 @@ def _rendered(found: Fleet, folder: Path | None) -> str:
         heading=_("{some} of {all} arms diagnosed", **numbers)
         if diagnosed
         else _("{some} of {all} arms calibrated", **numbers),
-        failed=[(arm.name, _(STATUSES[arm.status]), arm.message) for arm in found.failed[:_MOST_ROWS]],
+        failed=[
+            (arm.name, _(STATUSES[arm.status]), _without_folders(arm.message)) for arm in found.failed[:_MOST_ROWS]
+        ],
         verdict=_verdict(found),
         tiles=_tiles(found),
         table=_table(found, folder),
@@ -92,12 +96,35 @@ def _verdict(found: Fleet) -> Verdict:
             arm=worst.name,
             **numbers,
         )
-    told = [Remark(f"{arm.name}: {arm.message}", True, "failed") for arm in found.failed[:_MOST_TOLD]]
+    told = [Remark(f"{arm.name}: {_without_folders(arm.message)}", True, "failed") for arm in found.failed[:_MOST_TOLD]]
+    outstanding = _outstanding(found)
+    if outstanding:
+        names = listed([f"{arm.name} ({significant(arm.after or 0.0, 3)} mm)" for arm in outstanding[:_MOST_TOLD]])
+        text_of = _("More than {times} times the error of the middle arm: {arms}.", times=_OUTSTANDING, arms=names)
+        told.append(Remark(text_of, True, "arms"))
     caused = [arm for arm in _worst_first(found) if arm.causes]
-    told += [Remark(f"{arm.name}: {arm.causes}", True, "arms") for arm in caused[:_MOST_TOLD]]
-    if found.failed:
+    told += [Remark(f"{arm.name}: {_spoken(arm.causes)}", True, "arms") for arm in caused[:_MOST_TOLD]]
+    if found.failed or outstanding:
         return Verdict("bad" if done == 0 else "caution", _("Attention"), text, told)
     return Verdict("good", _("All done"), text, told)
+
+
+def _outstanding(found: Fleet) -> list[ArmResult]:
+    """Arms that are much worse than the middle one, the worst first."""
+    sizes = [arm.after_mm for arm in found if arm.after_mm is not None]
+    limit = _OUTSTANDING * median(sizes) if sizes else 0.0
+    return [arm for arm in _worst_first(found) if arm.after_mm is not None and arm.after_mm > limit]
+
+
+def _spoken(causes: str) -> str:
+    """What "A backlash@joint4; B ..." names, as "joint 4 backlash (A)"."""
+    parts = (cause.partition(" ") for cause in causes.split("; "))
+    return "; ".join(f"{short_name(*label.split('@'))} ({grade})" for grade, _space, label in parts)
+
+
+def _without_folders(message: str) -> str:
+    """A message with the names of files alone: where they are is private."""
+    return re.sub(r"(?:[A-Za-z]:)?[/\\](?:[^/\\\s:]+[/\\])+(?=[^/\\\s:]+:)", "", message)
 
 
 def _tiles(found: Fleet) -> list[tuple[str, str, str]]:
@@ -117,11 +144,12 @@ def _page_of(arm: ArmResult, folder: Path | None) -> str:
 
 def _table(found: Fleet, folder: Path | None) -> Table:
     told = (_("verdict"), _("what is missing")) if found.is_diagnosed else ()
+    is_tested = any(arm.test is not None for arm in found)
     titles = [
         _("poses"),
         _("nominal (mm)"),
         _("calibrated (mm)"),
-        _("other poses (mm)"),
+        *([_("other poses (mm)")] if is_tested else []),
         _("noise (mm)"),
         _("outliers"),
     ]
@@ -129,8 +157,9 @@ def _table(found: Fleet, folder: Path | None) -> Table:
     columns = [*(Column(title, numeric=False) for title in (_("arm"), *told)), *map(Column, titles)]
     rows = []
     for arm in _worst_first(found)[:_MOST_ROWS]:
-        causes = [Cell(_verdict_word(arm)), Cell(arm.causes)] if told else []
-        cells = [beside_mm(size, arm.unit) for size in (arm.before, arm.after, arm.test, arm.noise)]
+        causes = [Cell(_verdict_word(arm)), Cell(_spoken(arm.causes) if arm.causes else "")] if told else []
+        sizes = (arm.before, arm.after, *([arm.test] if is_tested else []), arm.noise)
+        cells = [beside_mm(size, arm.unit) for size in sizes]
         counts = [arm.outliers] if told else [arm.outliers, arm.unidentifiable]
         numbers = [Cell(str(arm.rows), float(arm.rows)), *cells, *(Cell(str(count), float(count)) for count in counts)]
         rows.append([Cell(arm.name, link=_page_of(arm, folder)), *causes, *numbers])
@@ -158,12 +187,13 @@ def _drawing(found: Fleet) -> Figure:
         values = [getattr(arm, field) for arm in arms]
         trace = figures.points(place, values, entry.colour, 5, hover=f"{entry.label}: %{{y:.3g}} mm, %{{text}}")
         traces.append(trace | {"text": names})
+    sizes = [float(size) for arm in arms for size in (arm.before, arm.after) if size]
     steps = {"dtick": 1} if len(arms) <= _EACH_TICKED else {}
     drawn = figures.layout(
         _("arms, the best first"),
         _("RMS error (mm), logarithmic"),
         xaxis=steps,
-        yaxis={"type": "log", "dtick": "D2", "exponentformat": "none"},
+        yaxis={"type": "log", "exponentformat": "none"} | figures.log_ticks(sizes),
     )
     alt = _("Root mean square error of every arm, nominal and calibrated, sorted by the latter.")
     return Figure("fleet", _("Error of every arm"), alt, traces, drawn, columns=6, height=380, key=key)

@@ -5,5 +5,6 @@
 from fastcal.live.folder import WatchedFolder
 from fastcal.live.session import Answer, LiveSession
 from fastcal.live.tcp import RowServer
+from fastcal.live.topic import RowTopic, has_ros
 
-__all__ = ["Answer", "LiveSession", "RowServer", "WatchedFolder"]
+__all__ = ["Answer", "LiveSession", "RowServer", "RowTopic", "WatchedFolder", "has_ros"]

@@ -11,7 +11,7 @@ import socketserver
 from collections.abc import Callable
 from threading import Thread
 
-from fastcal.errors import FastcalError
+from fastcal.live.lines import Lines
 from fastcal.live.session import LiveSession
 
 _LONGEST = 100_000  # bytes of a line
@@ -60,24 +60,14 @@ def answer_lines(session: LiveSession, read: Callable[[int], bytes], write: Call
         read: Gives a line of at most so many bytes, empty at the end.
         write: Sends bytes.
     """
-    headed = False
+    lines = Lines(session)
     while line := read(_LONGEST):
         if not line.endswith(b"\n"):
             if len(line) >= _LONGEST:  # else the connection was cut: no whole row
                 write(_CUT.encode() + b"\n")
             return
-        text = line.decode("utf-8", errors="replace").strip("\r\n\ufeff")
-        if not text.strip() or text.lstrip().startswith("#"):
-            continue
-        try:
-            if headed:
-                answer = session.add(text).text
-            else:
-                session.begin(text)
-                headed, answer = True, "ok"
-        except FastcalError as error:
-            write(f"{' '.join(str(error).split())}\n".encode())
-            if not headed:
+        answer = lines.answer(line.decode("utf-8", errors="replace"))
+        if answer is not None:
+            write(f"{answer}\n".encode())
+            if not lines.headed:
                 return
-            continue
-        write(f"{answer}\n".encode())

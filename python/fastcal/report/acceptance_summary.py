@@ -4,31 +4,56 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from fastcal.report.language import _
+from fastcal.said import said
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
     from fastcal.acceptance import Acceptance
 
+_VERDICTS = {
+    "": said("not judged"),
+    "pass": said("pass"),
+    "fail": said("fail"),
+    "cannot_tell": said("cannot tell"),
+}
+
 
 def acceptance_lines(found: Acceptance, source: str) -> list[str]:
     """The verdict and the worst of each figure, a line each; `source` names the data."""
-    verdict = (found.verdict or "not judged").replace("_", " ")
-    lines = [f"{found.model.name} on {source}: {verdict}"]
-    lines[0] += "" if found.probability is None else f", probability of keeping the limits {found.probability:.3f}"
+    names = {"arm": found.model.name, "data": source, "verdict": _(_VERDICTS[found.verdict or ""])}
+    if found.probability is None:
+        lines = [_("{arm} on {data}: {verdict}", **names)]
+    else:
+        chance = float(found.probability)
+        lines = [
+            _("{arm} on {data}: {verdict}, probability of keeping the limits {chance:.3f}", chance=chance, **names)
+        ]
     for symbol in dict.fromkeys(each.figure.symbol for each in found.figures if "_" not in each.figure.symbol):
         several = [each for each in found.figures if each.figure.symbol == symbol]
         worst = max(several, key=lambda each: abs(each.figure.value))
         value, expanded = (from_si(abs(v), "mm") for v in (worst.figure.value, worst.uncertainty.expanded))
-        limit = "" if worst.limit is None else f", limit {from_si(worst.limit, 'mm'):g} mm"
-        lines.append(f"{symbol}: at most {value:.4f} mm at {worst.figure.where}, +- {expanded:.4f} mm{limit}")
+        numbers: dict[str, Any] = {"symbol": symbol, "value": value, "where": worst.figure.where, "expanded": expanded}
+        if worst.limit is None:
+            lines.append(_("{symbol}: at most {value:.4f} mm at {where}, +- {expanded:.4f} mm", **numbers))
+        else:
+            numbers |= {"limit": float(from_si(worst.limit, "mm"))}
+            lines.append(
+                _("{symbol}: at most {value:.4f} mm at {where}, +- {expanded:.4f} mm, limit {limit:g} mm", **numbers)
+            )
     for symbol in ("AP", "RP"):
         turned = [e for e in found.figures if e.figure.symbol.startswith(f"{symbol}_r")]
         if turned:
             worst = max(turned, key=lambda each: abs(each.figure.value))
             lines.append(
-                f"{worst.figure.symbol}: at most {from_si(abs(worst.figure.value), 'deg'):.4f} deg at "
-                f"{worst.figure.where}, +- {from_si(worst.uncertainty.expanded, 'deg'):.4f} deg"
+                _(
+                    "{symbol}: at most {value:.4f} deg at {where}, +- {expanded:.4f} deg",
+                    symbol=worst.figure.symbol,
+                    value=float(from_si(abs(worst.figure.value), "deg")),
+                    where=worst.figure.where,
+                    expanded=float(from_si(worst.uncertainty.expanded, "deg")),
+                )
             )
     return lines

@@ -20,11 +20,13 @@ from fastcal.report.document import document_facts
 from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, decimal_sign, in_language, mid_sentence
+from fastcal.report.next_step import step
 from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
 from fastcal.report.pictures import picture_part
+from fastcal.report.sections import who_measured
 from fastcal.report.tables import capitalised, in_words
 from fastcal.report.view import Rows, rows_of
-from fastcal.report.words import caveat_text, listed, verdict
+from fastcal.report.words import caveat_text, listed, trusted, verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
@@ -80,9 +82,11 @@ def _page(
         robot_name=result.model.name,
         simulated=simulated,
         sources=_sources(result),
+        who=who_measured(result.model.made_by),
         verdict=verdict(result, train, test, trends),
+        steps=[capitalised(step(result))],
         tiles=_tiles(result, sets),
-        accuracy_table=calibration_tables.accuracy_table(sets) if sets else None,
+        accuracy_table=calibration_tables.accuracy_table(sets, len(outliers)) if sets else None,
         accuracy_figures=accuracy_figures(sets) if sets else [],
         accuracy_facts=_accuracy_facts(result),
         of_points=train is None or train.kind.name == POINTS,
@@ -115,7 +119,7 @@ def _page(
         outlier_table=calibration_tables.outlier_table(train, outliers, result.weights) if train else None,
         outlier_count=len(result.outliers),
         method=_method(result),
-        notes=[*result.notes, *([result.held] if result.held else [])],
+        notes=[*(note for note in result.notes if note not in result.doubts), *([result.held] if result.held else [])],
         limit=None if limit is None else limit_sentence(limit),
         pictures=picture_part(result.model, result.train, files),
         document=document_facts(result.model.made_by),
@@ -166,9 +170,10 @@ def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, 
     shares = _("{some} of {all}", some=len(result.parameters), all=result.asked_count)
     identified = (_("Identified"), shares, _("parameters; rank {rank}", rank=result.rank))
     noise = [(noise_title(of.kind), noise_text(of), _("standard deviation")) for of in result.noise.values()]
+    noise = noise if result.status == "converged" else []
     if not sets:
         return [*noise, identified]
-    before, after = sets[-1].before, sets[-1].after
+    before, after = trusted(result, sets[-1], is_test=sets[-1] is not sets[0] or result.train.main is None)
     on = _poses_of(result, sets[-1] is not sets[0])
     unit = sets[-1].unit
     was = [_("was {value} {unit}", value=alike(value, after.mean), unit=unit) for value in (before.mean, before.max)]
@@ -233,7 +238,7 @@ def _method(result: CalibrationResult) -> list[tuple[str, str]]:
     robust = _("{loss}, robust: rows that fit badly weigh less", loss=result.loss)
     plain = _("none: every row weighs by its standard deviation alone")
     outcome = _(
-        "{iterations} over all rounds of weights, noise and loads: {message}",
+        "{message}; {iterations} over all rounds of weights, noise and loads",
         iterations=plural(result.iterations, "iteration"),
         message=result.message,
     )
@@ -242,7 +247,7 @@ def _method(result: CalibrationResult) -> list[tuple[str, str]]:
         (_("Measured"), f"{listed([_(kind) for kind in plurals(data)])}, {plural(result.train.row_count, 'row')}"),
         (_("Method"), _methods().get(result.method, result.method)),
         (_("Loss"), plain if result.loss == "none" else robust),
-        (_("Outcome"), f"{result.status.replace('_', ' ')}, {outcome}"),
+        (_("Outcome"), outcome),
         (
             _("Parameters"),
             _(

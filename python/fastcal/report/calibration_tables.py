@@ -57,11 +57,16 @@ def kind_table(parts: Sequence[tuple[str, Evaluation]]) -> Table | None:
     return Table(_("Errors of each kind of reading"), columns, groups)
 
 
-def accuracy_table(sets: list[Rows]) -> Table:
-    """Mean, std, RMS and maximum of the error before and after on each set, and the share that remains."""
+def accuracy_table(sets: list[Rows], outliers: int = 0) -> Table:
+    """Mean, std, RMS and maximum of the error before and after on each set, and the share that remains.
+
+    `outliers`: how many rows of the first set are some; they are counted.
+    """
     unit = sets[0].unit
     titles = (f"{title} ({unit})" for title in (_("Mean"), _("Std"), "RMS", "Max"))
-    columns = [Column(_("State"), numeric=False), Column(_("Poses")), *(Column(title) for title in titles)]
+    of_poses = all(rows.after.count <= rows.row_count for rows in sets)
+    counted = _("Poses") if of_poses else _("Readings")
+    columns = [Column(_("State"), numeric=False), Column(counted), *(Column(title) for title in titles)]
     groups = []
     for rows in sets:
         before, after = ([float(getattr(state, name)) for name in _STATISTICS] for state in (rows.before, rows.after))
@@ -76,7 +81,9 @@ def accuracy_table(sets: list[Rows]) -> Table:
             )
         ]
         lines.append([Cell(_("remaining")), Cell(""), *(Cell(share) for share in shares)])
-        groups.append(Group(lines, _("{set} poses", set=rows.name)))
+        among = outliers if rows is sets[0] else 0
+        note = _("with {outliers}", outliers=plural(among, "outlier")) if among else ""
+        groups.append(Group(lines, _("{set} poses", set=rows.name), note))
     return Table(_("Error before and after calibration"), columns, groups)
 
 

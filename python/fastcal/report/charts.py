@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 _HISTOGRAM_DASHES = ("solid", "dash")
 _NORMAL_PLOT_SIGMAS = 15
+_DENSE = 20  # points of a panel above which they fade
 
 
 def cumulative(curves: list[tuple[str, Array, str, str]], unit: str) -> Figure:
@@ -98,8 +99,9 @@ def trend_panel(
     Of very many rows the medians are those of some, of `judged_rows`.
     `titles` are those of the panel and of its x axis; `key` gives each of the m columns its name and look.
     """
+    opacity = float(np.clip(_DENSE / max(len(shown), 1), 0.22, 0.7))
     traces = [
-        figures.points(x[shown], y[shown], entry.colour, 3, 0.22) for entry, y in zip(key, residual.T, strict=True)
+        figures.points(x[shown], y[shown], entry.colour, 3, opacity) for entry, y in zip(key, residual.T, strict=True)
     ]
     judged = judged_rows(len(x))
     for entry, bins in zip(key, binned_medians(x[judged], residual[judged]), strict=True):
@@ -113,7 +115,7 @@ def trend_panel(
     title, x_title = titles
     y_title = _("residual ({unit})", unit=unit)
     drawn = figures.layout(x_title, y_title, yaxis={"range": [-y_range, y_range]}, xaxis={"nticks": 5})
-    drawn["margin"] |= {"l": 56, "t": 6, "b": 42}
+    drawn["margin"] |= {"l": 64, "t": 6, "b": 42}
     alt = _("Residual against {variable}, with the running median of each component.", variable=x_title)
     return Figure(f"trend-{id_}", title, alt, traces, drawn, columns=2, height=230)
 

@@ -18,11 +18,12 @@ from fastcal.report.formatting import fixed, significant, with_uncertainty
 from fastcal.report.language import _, in_language
 from fastcal.report.parameter_sizes import differences_at_tool, sizes_figure
 from fastcal.report.sections import Section, bare, p_text, present
-from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell, unit_text
+from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
+_MOST_NAMED = 4  # parameters that the verdict names
 _LEAST_MM = 1e-4  # of what no parameter explains: less is rounding
 
 
@@ -34,8 +35,10 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
         moved = differences_at_tool(found)
         sized = sizes_figure(moved, compared=True)
         positions, apart, arm = compared_arm(found, moved)
-        told = _("Each arrow goes from the point of A towards that of B, in the base, enlarged as the button says.")
-        drawn = workspace.scene(positions, apart, None, np.zeros(3), _("the base"), arm, told=told)
+        told = _("Each arrow goes from the point of A towards that of B, in the base, enlarged as the heading says.")
+        drawn = workspace.scene(
+            positions, apart, None, np.zeros(3), _("the base"), arm, told=told, title=_("Differences in the workspace")
+        )
         shares = [(_("distance"), from_si(found.distance, "mm"), figures.AFTER, "solid")]
         return page.render(
             "monitoring.html",
@@ -48,7 +51,10 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                 "caution" if different else "good",
                 _("Different") if different else _("Alike"),
                 headline,
-                [Remark(note[:1].upper() + note[1:] + ".", True, "method") for note in found.notes],
+                [
+                    *(Remark(_changed(d), True, "parameters") for d in _largest(different)),
+                    *(Remark(note[:1].upper() + note[1:] + ".", True, "method") for note in found.notes),
+                ],
             ),
             tiles=[
                 (_("Mean at the tool"), f"{significant(sizes['mean'])} mm", _("bases and tools aligned")),
@@ -66,7 +72,12 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                         "left out."
                     ),
                     drawings=present(sized),
+                ),
+                Section(
+                    "numbers",
+                    _("All {count} parameters in their own units", count=len(found.parameters)),
                     tables=[difference_table(found.parameters)],
+                    folded=True,
                 ),
                 Section(
                     "method",
@@ -92,6 +103,22 @@ def _headline(found: Comparison) -> str:
         all=every,
         size=size,
     )
+
+
+def _largest(different: Sequence[Difference]) -> list[Difference]:
+    """The surest of them."""
+    return sorted(different, key=lambda d: 1.0 if d.p_value is None else d.p_value)[:_MOST_NAMED]
+
+
+def _changed(d: Difference) -> str:
+    """Which parameter, and from what to what."""
+    name = in_words(f"{d.owner} {bare(d.name, d.unit)}")
+    values = [v for v in (d.a, d.b, d.difference) if v is not None]
+    std, *texts = with_uncertainty(d.std, *values)
+    numbers = {"name": capitalised(name), "unit": unit_text(d.unit), "change": f"{texts[-1]} ± {std}"}
+    if d.a is None or d.b is None:
+        return _("{name} differs by {change} {unit}.", **numbers)
+    return _("{name} differs by {change} {unit}, from {a} to {b} {unit}.", a=texts[0], b=texts[1], **numbers)
 
 
 def _unexplained(found: Comparison) -> str:

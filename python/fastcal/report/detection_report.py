@@ -17,6 +17,7 @@ from fastcal.report.figures import AFTER, ALERT
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.image_plane import coverage_figure, covered
 from fastcal.report.language import _, in_language
+from fastcal.report.words import Remark, Verdict
 from fastcal.robot.rig import Seeing
 
 Array = NDArray[np.float64]
@@ -38,8 +39,8 @@ def _page(found: Detection, cell: Seeing) -> str:
         (_("Pictures with a board"), _("{some} of {all}", some=with_board, all=len(found.pictures)), ""),
         (_("Corners"), count(sum(picture.count for picture in found.pictures)), ""),
     ]
-    for name, uv in seen.items():
-        share = covered(uv, cameras[name]["size_px"])
+    shares = {name: covered(uv, cameras[name]["size_px"]) for name, uv in seen.items()}
+    for name, share in shares.items():
         note = _("of the picture holds corners") if share >= _ENOUGH else _("of the picture holds corners; show more")
         tiles.append((_("Coverage, camera {camera}", camera=name), percent(share), note))
     return page.render(
@@ -48,10 +49,32 @@ def _page(found: Detection, cell: Seeing) -> str:
         robot_name=cell.name,
         simulated=False,
         pictures=plural(len(found.pictures), "picture"),
+        verdict=_verdict(found, shares),
+        steps=[_("Calibrate with these corners: fastcal calibrate CELL POSES --corners FILE -o OUT")],
         tiles=tiles,
         drawings=[coverage_figure(name, uv, cameras[name]["size_px"]) for name, uv in seen.items()],
         cards=[_card(picture) for picture in sorted(found.pictures, key=lambda each: each.count > 0)],
     )
+
+
+def _verdict(found: Detection, shares: Mapping[str, float]) -> Verdict:
+    """How many pictures show a board, and where the boards were missing."""
+    pictures = plural(len(found.pictures), "picture")
+    remarks = [
+        Remark(_("Camera {camera} saw corners in {share} of its picture: show more of it.", camera=name,
+                 share=percent(share)), True, "coverage")
+        for name, share in shares.items()
+        if share < _ENOUGH
+    ]  # fmt: skip
+    if not found.empty:
+        return Verdict(
+            "caution" if remarks else "good",
+            _("With remarks") if remarks else _("Good"),
+            _("Each of {pictures} shows a board.", pictures=pictures),
+            remarks,
+        )
+    text = _("{count} of {pictures} show no board.", count=len(found.empty), pictures=pictures)
+    return Verdict("bad" if len(found.empty) == len(found.pictures) else "caution", _("Attention"), text, remarks)
 
 
 def _corners_of(found: Detection, camera: str) -> Array:

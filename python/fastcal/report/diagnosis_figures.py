@@ -58,8 +58,8 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_un
         texts.append(f"{alike(steps[-1][1], floor)} {unit}")
     bars: Trace = {
         "type": "bar", "orientation": "h", "x": height, "base": base, "y": list(range(len(names))), "width": 0.5,
-        "marker": {"color": colours}, "text": texts, "textposition": "outside", "cliponaxis": False,
-        "hovertemplate": "%{text}<extra></extra>",
+        "marker": {"color": colours}, "customdata": texts,
+        "hovertemplate": "%{customdata}<extra></extra>",
     }  # fmt: skip
     ends = [-0.8, len(names) - 0.5]
     top = max(b + h for b, h in zip(base, height, strict=True))
@@ -77,30 +77,34 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_un
         margin={"l": 10},
     )
     # Names stand above their bars and not beside them: so they have room on any screen.
+    texted = {"showarrow": False, "xanchor": "left", "font": {"color": figures.INK}}
+    texted |= {"bgcolor": "rgba(255,255,255,0.85)", "borderpad": 0}
     drawn["annotations"] = [
-        {
-            "x": 0, "y": place - 0.34, "text": capitalised(name), "showarrow": False, "xanchor": "left",
-            "yanchor": "bottom", "font": {"size": 12, "color": figures.INK}, "bgcolor": "rgba(255,255,255,0.85)",
-        }
+        texted | {"x": 0, "y": place - 0.3, "yanchor": "bottom", "text": capitalised(name)}
         for place, name in enumerate(names)
-    ]  # fmt: skip
+    ] + [
+        texted | {"x": b + h, "y": place, "yanchor": "middle", "text": text, "xshift": 3}
+        for place, (b, h, text) in enumerate(zip(base, height, texts, strict=True))
+    ]
     traces = [bars, figures.line([floor, floor], ends, figures.INK, "dash")]
-    key = [Key(_("error"), figures.BEFORE, "solid"), Key(_("what an effect takes away"), TAKEN, "solid")]
-    key += [Key(_("what remains"), figures.AFTER, "solid"), Key(_("what noise alone makes"), figures.INK, "dash")]
+    key = [Key(_("error"), figures.BEFORE, "solid")]
+    if len(steps) > 1:
+        key += [Key(_("what an effect takes away"), TAKEN, "solid"), Key(_("what remains"), figures.AFTER, "solid")]
+    key.append(Key(_("what noise alone makes"), figures.INK, "dash"))
     alt = _(
         "Error of the geometry alone on the {poses}, what each added effect takes away, what remains, and the noise.",
         poses=on,
     )
     title = _("RMS error on the {poses}", poses=on)
     return Figure("gap", title, alt, traces, drawn, columns=6, height=90 + 54 * len(names), key=key,
-                  paper_height=62 + 36 * len(names),
+                  paper_height=56 + 32 * len(names),
                   narrow={"xaxis.range": [0, 1.5 * max(top, floor)]})  # fmt: skip
 
 
 def alternatives(found: Diagnosis) -> Figure | None:
     """The leading causes by the share of the misfit that each explains alone, named or ruled out, and why."""
     shown = sorted(found.ranking, key=lambda r: -r.share)[:_MOST_ALTERNATIVES]
-    if not shown:
+    if not shown or found.verdict == "none":  # where nothing is missing there is nothing to have a share of
         return None
     is_given = [r.because.reason is Reason.GIVEN for r in shown]
     names = [capitalised(spoken(r.label)) for r in shown]
@@ -123,7 +127,7 @@ def alternatives(found: Diagnosis) -> Figure | None:
     drawn["annotations"] = [
         {
             "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>: {reason_in_brief(r.because)}", "showarrow": False,
-            "xanchor": "left", "yanchor": "bottom", "font": {"size": 12, "color": figures.INK},
+            "xanchor": "left", "yanchor": "bottom", "font": {"color": figures.INK},
         }
         for k, (name, r) in enumerate(zip(names, shown, strict=True))
     ]  # fmt: skip

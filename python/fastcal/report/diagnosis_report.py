@@ -50,6 +50,7 @@ from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent
 from fastcal.report.kind_words import kind_title, noise_text, noise_title
 from fastcal.report.language import _, in_language
+from fastcal.report.sections import who_measured
 from fastcal.report.tables import Table, capitalised, unit_text
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed
@@ -81,6 +82,11 @@ class _Card:
     note: str
     in_model: bool
     of_cell: bool  # a camera's or a board's
+
+    @property
+    def leading(self) -> tuple[str, str] | None:
+        """The number that tells most of it: the first that has a deviation."""
+        return next((line for line in self.estimate if "±" in line[1]), self.estimate[0] if self.estimate else None)
 
 
 def write_diagnosis(
@@ -137,7 +143,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
         kinds = listed([_(misfit.kind.plural) for misfit in found.misfits])
         word = _("{verdict}; {kinds} do not fit", verdict=word, kinds=kinds)
         tone = "caution" if tone == "good" else tone
-    if found.verdict == "several" and any(f.grade != "A" for f in found.effects):
+    if tone == "good" and any(f.grade != "A" for f in found.effects):
         tone = "caution"
     state = found.final
     smallest = diagnosis_tables.smallest_by_kind(found)
@@ -151,6 +157,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
             for name, part in ((_("Training"), found.train), (_("Test"), found.test))
             if part is not None
         ],
+        who=who_measured(made_by),
         word=word,
         tone=tone,
         sentence=_(found.sentence),
@@ -168,6 +175,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
         unexplained=None if found.unexplained is None else unexplained_sentence(found.unexplained, _tried(found)),
         unexplained_figures=_unexplained_figures(found, state),
         gap=gap_figure(found),
+        nothing_missing=found.verdict == "none",
         alternatives=diagnosis_figures.alternatives(found),
         ranking=diagnosis_tables.ranking_table(found),
         confusion=confusion_figure(found),

@@ -88,6 +88,13 @@ def _unexplained(found: Diagnosis) -> list[str]:
     )
     if any(f.in_model for f in found.effects):
         steps.append(_("model.yaml holds what was found: it is better than geometry alone, and not the whole story."))
+    elif remaining is not None and remaining.added is not None:
+        steps.append(
+            _(
+                "model.yaml holds the geometry and a smooth function of what remains: it predicts better, and names "
+                "nothing."
+            )
+        )
     else:
         arm = _arm(found) or _("the geometry alone")
         steps.append(_("model.yaml is {what}: no cause explains enough to be trusted in a model.", what=arm))

@@ -99,11 +99,14 @@ def step_name(added: str | None) -> str:
         owners.setdefault(effect, []).append(owner)
     names = []
     for effect, own in owners.items():
-        if len(own) <= 2:
+        traits = traits_of(effect)
+        if (traits.role, traits.place) == ("curve", "anywhere"):
+            names.append(_("a smooth function of what remains"))
+        elif len(own) <= 2:
             names += [short_name(effect, o) for o in own]
-            continue
-        many = _("curves") if traits_of(effect).role == "curve" else spoken_effect(effect)
-        names.append(_("the {effect} of {count} joints", effect=many, count=len(own)))
+        else:
+            many = _("curves") if traits.role == "curve" else spoken_effect(effect)
+            names.append(_("the {effect} of {count} joints", effect=many, count=len(own)))
     return listed(names)
 
 

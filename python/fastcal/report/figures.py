@@ -8,6 +8,8 @@ colours are of Okabe and Ito (2008), distinguishable without red or green, and d
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -111,6 +113,16 @@ def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
     for key, value in more.items():
         base[key] = base[key] | value if key in ("xaxis", "yaxis", "margin") else value
     return base
+
+
+def log_ticks(values: Sequence[float]) -> dict[str, Any]:
+    """Ticks of a logarithmic axis: 1, 2 and 5 of each power of ten near the values, as numbers are written."""
+    known = [value for value in values if value > 0]
+    if not known:
+        return {}
+    powers = range(math.floor(math.log10(min(known))), math.ceil(math.log10(max(known))) + 1)
+    ticks = [step * 10.0**power for power in powers for step in (1, 2, 5)]
+    return {"tickvals": ticks, "ticktext": [f"{tick:.10g}".replace(".", decimal_sign()) for tick in ticks]}
 
 
 def axis(title: str) -> dict[str, Any]:

@@ -8,19 +8,22 @@ from fastcal.measurements.kinds import POINTS, Kind, KindNoise
 from fastcal.monitoring import words
 from fastcal.monitoring.arms import STATES, ArmCheck, ArmChecks
 from fastcal.monitoring.compare import Comparison
-from fastcal.monitoring.history import History
+from fastcal.monitoring.history import Alarm, History
 from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.update import UpdateResult
+from fastcal.monitoring.words import kept_sentence
 from fastcal.report.arms_report import arm_sentence
 from fastcal.report.check_report import check_act, check_reasons, check_sentence
 from fastcal.report.formatting import sized
 from fastcal.report.language import _ as translated
-from fastcal.report.language import language
+from fastcal.report.language import decimal_sign, language
 from fastcal.report.summaries import headline, summary
+from fastcal.report.tables import in_words
 from fastcal.said import said
 
 _STATES = {
     "changed": said("changed"),
+    "alarm": said("alarm"),
     "cannot_tell": said("cannot tell"),
     "unchecked": said("unchecked"),
     "holds": said("holds"),
@@ -120,8 +123,11 @@ def _of(kind: Kind) -> str:
 @headline.register
 def _(found: Comparison) -> str:
     sizes = found.at_tool.to_mm()
-    return (
-        f"{found.first.name}, {len(found.significant)} parameters differ, {sizes['mean']:.4f} mm at the tool on average"
+    return translated(
+        "{arm}, {count} parameters differ, {size:.4f} mm at the tool on average",
+        arm=found.first.name,
+        count=len(found.significant),
+        size=sizes["mean"],
     )
 
 
@@ -129,16 +135,32 @@ def _(found: Comparison) -> str:
 def _(found: Comparison) -> list[str]:
     sizes = found.at_tool.to_mm()
     lines = [
-        f"{found.first.name}: at the tool mean {sizes['mean']:.4f} mm, RMS {sizes['rms']:.4f} mm, largest "
-        f"{sizes['max']:.4f} mm over the joint range of both, bases and tools aligned",
-        f"parameters that differ beyond noise: {len(found.significant)} of {len(found.parameters)}",
+        translated(
+            "{arm}: at the tool mean {mean:.4f} mm, RMS {rms:.4f} mm, largest {most:.4f} mm over the joint range of "
+            "both, bases and tools aligned",
+            arm=found.first.name,
+            mean=sizes["mean"],
+            rms=sizes["rms"],
+            most=sizes["max"],
+        ),
+        translated(
+            "parameters that differ beyond noise: {count} of {all}",
+            count=len(found.significant),
+            all=len(found.parameters),
+        ),
     ]
-    return lines + [f"  {d.owner} {d.name}: {d.difference:+.4g} +- {d.std:.2g}" for d in found.significant]
+    differing = (f"  {d.owner} {d.name}: {d.difference:+.4g} +- {d.std:.2g}" for d in found.significant)
+    return lines + [text.replace(".", decimal_sign()) for text in differing]
 
 
 @headline.register
 def _(found: History) -> str:
-    return f"{len(found.arms)} arms, {sum(len(a.events) for a in found.arms)} files, {len(found.alarms)} alarms"
+    return translated(
+        "{arms} arms, {files} files, {alarms} alarms",
+        arms=len(found.arms),
+        files=sum(len(a.events) for a in found.arms),
+        alarms=len(found.alarms),
+    )
 
 
 @summary.register
@@ -146,6 +168,17 @@ def _(found: History) -> list[str]:
     lines = [headline(found)]
     for arm in found.arms:
         checks = sum(e.kind == "check" for e in arm.events)
-        lines.append(f"{arm.name} ({arm.robot}): {arm.state.replace('_', ' ')}, {checks} checks")
-        lines += [f"  {a.date} {a.by}: {a.what}" for a in arm.alarms]
+        state = translated(_STATES[arm.state])
+        names = {"arm": arm.name, "robot": arm.robot, "state": state, "count": checks}
+        lines.append(translated("{arm} ({robot}): {state}, {count} checks", **names))
+        lines += [f"  {a.date} {_alarm(a)}" for a in arm.alarms]
     return lines
+
+
+def _alarm(alarm: Alarm) -> str:
+    """What alarmed, and at what."""
+    if language.get() == "en":
+        return f"{alarm.by}: {alarm.what}"
+    if alarm.event is not None:
+        return kept_sentence(alarm.event.content, translated)
+    return f"{alarm.by.upper()}: {translated('misfit') if alarm.by == 'ewma' else in_words(alarm.what)}"

@@ -28,33 +28,38 @@ _MOST = 2  # variables that are named
 
 def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
     """One line; with the `arguments` of a diagnosis it ends with the command to run next."""
+    return _("next: {step}", step=step(result, arguments))
+
+
+def step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
+    """What to do after a calibration, as part of a sentence."""
+    if result.status != "converged" and result.doubts:
+        return _("settle what the warnings say; if that is not it, measure more poses, or more varied ones")
     if result.status != "converged":
-        return _("next: measure more poses, or more varied ones; `fastcal design` chooses them")
+        return _("measure more poses, or more varied ones; `fastcal design` chooses them")
     if result.misfits:
         look = look_at(result.misfits[0])
-        return _("next: {step}", step=look if decimal_sign() == "," else f"{look[0].lower()}{look[1:]}")
+        return look if decimal_sign() == "," else f"{look[0].lower()}{look[1:]}"
     if result.model.of_poses:
         if result.test is None:
-            return _("next: check it on pictures that were not fitted (--test and --test-corners)")
-        return _("next: write where the camera is for other programs (--hand-eye)")
+            return _("check it on pictures that were not fitted (--test and --test-corners)")
+        return _("write where the camera is for other programs (--hand-eye)")
     rows = rows_of("Training", result.train, result.model.joint_types)
     if rows is None:
-        return _("next: nothing was measured that shows how large the remaining error is")
+        return _("nothing was measured that shows how large the remaining error is")
     more = what_remains(result, rows, rows.trends)
     command = shlex.join(["fastcal", "diagnose", *arguments])
     if more is None:
         if known_floor(result) is None:
             return _(
-                "next: no trend shows in what remains, but neither repeated poses nor a sigma column say how much of "
+                "no trend shows in what remains, but neither repeated poses nor a sigma column say how much of "
                 "it is noise; look closer with: {command}",
                 command=command,
             )
         if result.test is None:
-            return _(
-                "next: what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)"
-            )
-        return _("next: what remains looks like noise; the model is ready for fastcal compensate")
-    return _("next: {why}; find the cause with: {command}", why=more, command=command)
+            return _("what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)")
+        return _("what remains looks like noise; the model is ready for fastcal compensate")
+    return _("{why}; find the cause with: {command}", why=more, command=command)
 
 
 def look_at(misfit: KindMisfit) -> str:
@@ -69,14 +74,16 @@ def look_at(misfit: KindMisfit) -> str:
 def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]) -> str | None:
     """Why what remains is more than noise; None where nothing indicates that.
 
-    It is more where the residuals follow a recorded variable, or where those that are no outliers exceed a noise that
-    is known without the model: from repeated poses, else from the data's sigma column.
+    It is more where the residuals follow the posture or a recorded variable, or where those that are no outliers
+    exceed a noise that is known without the model: from repeated poses, else from the data's sigma column.
     """
     titles = {variable.name: variable.title for variable in rows.variables}
     flagged = sorted((n for n, t in trends.items() if t.is_flagged(len(trends))), key=lambda n: -trends[n].share)
     if flagged:
         named = listed([f"{titles[name]} ({100 * trends[name].share:.0f} %)" for name in flagged[:_MOST]])
         return _("the remaining error is not all noise: it depends on {named}", named=named)
+    if result.caveats:
+        return _("the residuals depend on the posture: an effect is missing from the model")
     floor, unit = known_floor(result), rows.unit
     rms = float(np.sqrt(np.nanmean(np.delete(rows.error_after, result.train.places(result.outliers)) ** 2)))
     if floor is not None and rms > MORE_THAN_NOISE * floor:

@@ -14,12 +14,13 @@ from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
 from fastcal.report.tables import Column, Group, Table, number_cell
+from fastcal.report.words import Remark, Verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
     from fastcal.compensation import PathAccuracy
 
-_LEAST_MM = 1e-6  # what a logarithmic axis shows of zero
+_LEAST_MM = 1e-4  # what a logarithmic axis shows of zero
 
 
 def write_path_report(
@@ -36,13 +37,37 @@ def path_page(found: PathAccuracy, robot_name: str, targets_name: str = "") -> s
         title=f"Path of {robot_name}",
         robot_name=robot_name,
         targets_name=targets_name,
-        sureness=_sureness(found),
+        verdict=_verdict(found),
+        tiles=_tiles(found),
         simulated=False,
         points=len(found.points),
         length=f"{significant(from_si(float(found.along[-1]), 'mm'), 4)} mm",
         table=_table(found),
         drawing=path_figure(found),
     )
+
+
+def _verdict(found: PathAccuracy) -> Verdict:
+    """What compensation does to the largest error, and how sure that is."""
+    before, after = (float(from_si(float(size.max()), "mm")) for size in (found.before, found.after))
+    known = _sigma_mm(found)
+    told = f"{significant(before, 3)} to {_no_finer(after, known)} mm"
+    remarks = [Remark(_sureness(found), known is None, "accuracy")]
+    if after >= before:
+        return Verdict("bad", "No gain", f"Compensation takes the largest error on the path from {told}.", remarks)
+    return Verdict("good", "Predicted", f"Compensation brings the largest error on the path from {told}.", remarks)
+
+
+def _tiles(found: PathAccuracy) -> list[tuple[str, str, str]]:
+    """The largest errors and the path accuracy, with compensation and without."""
+    known, tiles = _sigma_mm(found), []
+    for title, before, after in (
+        ("Largest error", found.before, found.after),
+        ("Path accuracy, ISO 9283", found.off_before, found.off_after),
+    ):
+        was, now = (float(from_si(float(size.max()), "mm")) for size in (before, after))
+        tiles.append((title, f"{_no_finer(now, known)} mm", f"{significant(was, 3)} mm without compensation"))
+    return tiles
 
 
 def _table(found: PathAccuracy) -> Table:
@@ -101,7 +126,9 @@ def path_figure(found: PathAccuracy) -> Figure:
     traces.append(figures.points(along[at], sizes[1][at], figures.AFTER, 7, hover="target at %{x:.4g} mm"))
     key.append(Key("target", figures.AFTER, "point"))
     drawn = figures.layout(
-        "along the path (mm)", "error of the tool (mm), logarithmic", yaxis={"type": "log", "exponentformat": "power"}
+        "along the path (mm)",
+        "error of the tool (mm), logarithmic",
+        yaxis={"type": "log", "exponentformat": "none", "dtick": 1},
     )
     alt = "Distance of the tool from its place along the path, on a logarithmic axis, without and with compensation."
     return Figure("path", "Error along the path", alt, traces, drawn, columns=6, height=380, key=key)

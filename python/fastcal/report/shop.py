@@ -92,7 +92,7 @@ def value_text(name: str, value: float, std: float | None) -> str:
     """`gap_rad` 4.3e-4 with 2e-5 to "1.478 ± 0.069 arcmin"."""
     unit = split_name(name)[1]
     size, deviation = in_si(value, unit), None if std is None else in_si(std, unit)
-    spoken = spoken_unit(unit, size)
+    spoken = spoken_unit(unit, max(abs(size), deviation or 0.0))
     shown = spoken.of(size)
     if deviation is None or not deviation > 0:
         return f"{significant(shown)} {spoken.text}".strip()

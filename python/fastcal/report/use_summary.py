@@ -15,6 +15,8 @@ from fastcal.design.result import PoseDesign
 from fastcal.ik.inverse_kinematics import InverseKinematics
 from fastcal.measurements.targets import Targets
 from fastcal.report.formatting import plural
+from fastcal.report.language import _ as translated
+from fastcal.report.language import decimal_sign
 from fastcal.report.summaries import headline, summary
 from fastcal.units import from_si
 
@@ -80,19 +82,27 @@ def _(found: PoseDesign) -> str:
 
 @summary.register
 def _(found: PoseDesign) -> list[str]:
-    refused = ", ".join(f"{number} {reason}" for reason, number in found.rejected.items())
-    lines = [
-        f"{plural(len(found), 'pose')} of {found.candidate_count} candidates" + (f"; {refused}" if refused else "")
-    ]
+    refused = "".join(f"; {number} {translated(reason)}" for reason, number in found.rejected.items())
+    poses = plural(len(found), "pose")
+    lines = [translated("{poses} of {count} candidates", poses=poses, count=found.candidate_count) + refused]
     touches = Counter(label for label in found.plane or [] if label)
     if touches:
-        lines.append("touches: " + ", ".join(f"{count} of plane {label}" for label, count in sorted(touches.items())))
-    sigma = from_si(found.sigma, "mm")
-    lines.append(f"predicted standard deviation of a coordinate: {sigma:.4g} mm, RMS over the targets")
-    lines.append(", ".join(f"{name} {value:.4g}" for name, value in found.observability.items()))
+        of = (translated("{count} of plane {label}", count=n, label=label) for label, n in sorted(touches.items()))
+        lines.append(translated("touches: {planes}", planes=", ".join(of)))
+    sigma = float(from_si(found.sigma, "mm"))
+    lines.append(
+        translated("predicted standard deviation of a coordinate: {sigma:.4g} mm, RMS over the targets", sigma=sigma)
+    )
+    sizes = (f"{name} {value:.4g}".replace(".", decimal_sign()) for name, value in found.observability.items())
+    lines.append(", ".join(sizes))
     if found.efficiency is not None:
-        share = f"{found.criterion}: at least {found.efficiency:.1%}"
-        lines.append(f"{share} of what any choice of as many candidates reaches")
+        lines.append(
+            translated(
+                "{criterion}: at least {share:.1f} % of what any choice of as many candidates reaches",
+                criterion=found.criterion,
+                share=100.0 * float(found.efficiency),
+            )
+        )
     return lines
 
 

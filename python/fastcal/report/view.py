@@ -8,6 +8,7 @@ frame, else the turns, lengths, heights or tilts. The error of a row is the size
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -121,6 +122,13 @@ class Rows:
         rows = judged_rows(self.row_count)
         return trends({variable.name: variable.values[rows] for variable in self.variables}, self.residual[rows])
 
+    def spread_without(self, outliers: Collection[int]) -> tuple[Statistics, Statistics] | None:
+        """Before and after of the rows that are not among these places; None where not every error is at hand."""
+        kept = np.setdiff1d(np.flatnonzero(np.isfinite(self.error_after)), list(outliers))
+        if len(kept) == 0 or int(np.isfinite(self.error_after).sum()) != self.after.count:
+            return None
+        return _spread(self.error_before[kept]), _spread(self.error_after[kept])
+
     @property
     def with_arrows(self) -> NDArray[np.bool_]:
         """Rows with a whole point before and after: those an arrow can be drawn for (N,)."""
@@ -213,6 +221,12 @@ def _millimetres(metres: Array) -> Array:
 
 def _statistics(statistics: ErrorStatistics, kind: Kind) -> Statistics:
     return Statistics(statistics.count, **statistics.to_unit(kind.unit))
+
+
+def _spread(errors: Array) -> Statistics:
+    std = float(np.std(errors, ddof=1)) if len(errors) > 1 else 0.0
+    rms = float(np.sqrt(np.mean(errors**2)))
+    return Statistics(len(errors), float(errors.mean()), std, float(errors.max()), rms)
 
 
 def _joints(data: Dataset, joint_types: list[str], *, of_poses: bool) -> list[Variable]:

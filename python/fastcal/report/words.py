@@ -13,7 +13,7 @@ from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.language import _
 from fastcal.report.tables import unit_text
 from fastcal.report.trends import Trend
-from fastcal.report.view import Rows
+from fastcal.report.view import Rows, Statistics
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
@@ -49,9 +49,18 @@ class Verdict:
 def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, trends: dict[str, Trend]) -> Verdict:
     """The verdict; `trends` are those of the training residual after calibration, by the name of the variable."""
     remarks = [_unidentifiable(result)]
-    if train is not None:
+    if result.status != "converged":
+        remarks = []  # nothing that holds for a model of this arm
+    elif train is not None:
         remarks = [_on_test(train, test), _what_remains(train, trends), *remarks, *_outlying(result, train)]
-    remarks = [*_misfits(result), *_caveats(result), *_shape(result), *camera_remarks(result.cameras), *remarks]
+    remarks = [
+        *_misfits(result),
+        *_doubts(result),
+        *_caveats(result),
+        *_shape(result),
+        *camera_remarks(result.cameras),
+        *remarks,
+    ]
     if result.status != "converged":
         headline = _(
             "The calibration failed: {reason}. The figures show where it stopped.", reason=result.message.rstrip(".")
@@ -62,9 +71,16 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     if rows is None:
         headline = _("The calibration converged; nothing measured remains to judge its accuracy by.")
         return Verdict("caution", _("Not judged"), headline, remarks)
-    before, after = rows.before, rows.after
+    before, after = trusted(result, rows, is_test=test is not None)
+    left_out = rows.after.count - after.count
     if test:
         where = _("{poses} not used in the fit", poses=plural(rows.judged_count, "test pose"))
+    elif left_out:
+        where = _(
+            "{kept} of the {poses} of the fit, the others being outliers",
+            kept=count(after.count),
+            poses=plural(rows.judged_count, "pose"),
+        )
     else:
         where = _("the {poses} of the fit", poses=plural(rows.judged_count, "pose"))
     numbers = {
@@ -96,6 +112,13 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     return Verdict(tone, word, headline, remarks)
 
 
+def trusted(result: CalibrationResult, rows: Rows, *, is_test: bool) -> tuple[Statistics, Statistics]:
+    """The errors before and after; of the rows of a robust fit without its outliers."""
+    if is_test or result.loss == "none" or not result.outliers:
+        return rows.before, rows.after
+    return rows.spread_without(result.train.places(result.outliers)) or (rows.before, rows.after)
+
+
 def listed(names: list[str]) -> str:
     """'a', 'a and b', 'a, b and c'."""
     return f" {_('and')} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
@@ -119,6 +142,12 @@ def _misfits(result: CalibrationResult) -> list[Remark]:
         )
         out.append(Remark(text, True, "accuracy"))
     return out
+
+
+def _doubts(result: CalibrationResult) -> list[Remark]:
+    """What the reader must know first; a question keeps its mark."""
+    ended = (note if note.endswith(("?", ".")) else f"{note}." for note in map(str, result.doubts))
+    return [Remark(f"{note[:1].upper()}{note[1:]}", True, "method") for note in ended]
 
 
 def _caveats(result: CalibrationResult) -> list[Remark]:

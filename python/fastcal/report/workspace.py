@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-ARROW_LIMIT = 900
+ARROW_LIMIT = 450  # so that the page of thousands of poses stays below 1.5 MB
 FLAT_ARROW_LIMIT = 350
 _ARROW_SHARE = 0.08
 _HEAD_SHARE = 0.012
@@ -33,8 +33,9 @@ _COLOURS = [[0.0, "#b9cbd6"], [0.35, "#5b9bc0"], [0.65, "#e09f3e"], [1.0, "#a11d
 
 _LINK = "#5f7180"
 _PARTS = [[0.0, "#ffffff"], [0.5, "#f4b860"], [1.0, "#a11d1d"]]
-_EYE = {"x": 1.05, "y": -1.2, "z": 0.5}  # of the camera, in half-sides of the box
-_FARTHER = 2.6  # times as far from the box on a narrow screen
+_EYE = {"x": 1.15, "y": -1.32, "z": 0.55}  # of the camera, in half-sides of the box
+_JOINT = 9  # the size of a joint; one that contributes is larger, since others may stand where it is
+_FARTHER, _LOWER = 2.0, 400  # on a narrow screen: times as far from the box, and how high [CSS pixels]
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,7 @@ def scene(
     arm: Arm | None = None,
     always: Sequence[int] = (),
     told: str = "",
+    title: str = "",
 ) -> Figure:
     """The 3D view; positions and errors (N, 3) in mm in `frame`, base (3,) in mm, drawn where it is near.
 
@@ -98,6 +100,7 @@ def scene(
         arm: The arm in these N postures; a slider goes through them.
         always: Rows (of N) that are drawn however many there are.
         told: What an arrow is, where it goes not from the measured to the predicted point.
+        title: Of the figure, where arrows are no errors.
     """
     row_count = len(positions)
     shown = np.union1d(figures.spread_rows(row_count, ARROW_LIMIT), np.asarray(always, dtype=np.intp)[:ARROW_LIMIT])
@@ -111,7 +114,7 @@ def scene(
         controls.append({"label": label, "traces": [first, first + 1], "selected": place == 0})
     shown_base = base if base is not None and (arm is not None or _is_near(base, positions)) else None
     if shown_base is not None:
-        traces.append(_base(shown_base))
+        traces.append(_base(shown_base, named=arm is None))
     postures: dict[str, Any] = {}
     inside = shown_base
     if arm is not None:
@@ -134,10 +137,19 @@ def scene(
             **{f"{name}axis": _axis_3d(f"{name} (mm)", limits[k]) for k, name in enumerate("xyz")},
         },
     }
-    note = told or _(
-        "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says.",
-        frame=frame,
-    )
+    title = title or _("Errors in the workspace")
+    if len(modes) == 1:
+        title, controls = f"{title} {_times(modes[0].scale)}", []
+        how = _(
+            "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the heading says.",
+            frame=frame,
+        )
+    else:
+        how = _(
+            "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says.",
+            frame=frame,
+        )
+    note = told or how
     if len(shown) < row_count:
         note += " " + _(
             "{some} of {all} poses are drawn, spread evenly over the rows.",
@@ -150,9 +162,9 @@ def scene(
             note += " " + _contributions_note(arm.contributions, now=after is None)
     alt = _("Three-dimensional view of the workspace with an arrow for the error of each pose; drag to turn it.")
     return Figure(
-        "workspace", _("Errors in the workspace"), alt, traces, figure_layout, note,
+        "workspace", title, alt, traces, figure_layout, note,
         height=560, kind="scene", controls=controls, postures=postures,
-        narrow={"scene.camera.eye": {axis: _FARTHER * at for axis, at in _EYE.items()}},
+        narrow={"scene.camera.eye": {axis: _FARTHER * at for axis, at in _EYE.items()}, "height": _LOWER},
     )  # fmt: skip
 
 
@@ -174,7 +186,7 @@ def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
             x, y = (np.column_stack([start[:, k], end[:, k], np.full(len(shown), np.nan)]).ravel() for k in (a, b))
             shafts = figures.line(x, y, colour) | {"line": {"width": 1, "color": colour}}
             traces = [shafts, figures.points(start[:, a], start[:, b], colour, 2.4)]
-            drawn = figures.layout(f"{'xyz'[a]} (mm)", f"{'xyz'[b]} (mm)", margin={"l": 60, "t": 4})
+            drawn = figures.layout(f"{'xyz'[a]} (mm)", f"{'xyz'[b]} (mm)", margin={"l": 60, "t": 12})
             for name, k, ticks in (("xaxis", a, 4), ("yaxis", b, 6)):
                 drawn[name] |= {"range": limits[k].tolist(), "nticks": ticks, "constrain": "domain", "zeroline": False}
             drawn["yaxis"]["scaleanchor"] = "x"
@@ -234,6 +246,7 @@ def _arm(arm: Arm, positions: Array, k: int) -> list[Trace]:
     """The arm in posture k: its links, its joints, and the point that was measured there."""
     points = arm.points[k]
     known = np.zeros(len(arm.joints)) if arm.contributions is None else arm.contributions
+    sizes = _JOINT * (1 + 0.6 * known / (float(known.max()) or 1.0))
     names = [_("joint {number}", number=i + 1) for i in range(len(arm.joints))]
     texts = names if arm.contributions is None else [
         f"{name}: {significant(float(size), 2)} mm" for name, size in zip(names, known, strict=True)
@@ -247,7 +260,7 @@ def _arm(arm: Arm, positions: Array, k: int) -> list[Trace]:
             "type": "scatter3d", "mode": "markers", **_coordinates(points[arm.joints]), "text": texts,
             "hovertemplate": "%{text}<extra></extra>",
             "marker": {
-                "size": 10, "color": known, "colorscale": _PARTS, "cmin": 0.0, "cmax": float(known.max()) or 1.0,
+                "size": sizes, "color": known, "colorscale": _PARTS, "cmin": 0.0, "cmax": float(known.max()) or 1.0,
                 "line": {"color": INK, "width": 1},
             },
         },
@@ -288,11 +301,12 @@ def _contributions_note(contributions: Array, *, now: bool) -> str:
     )
 
 
-def _base(base: Array) -> Trace:
+def _base(base: Array, *, named: bool) -> Trace:
+    """Where the robot stands; an arm that is drawn from there says so itself."""
     x, y, z = ([float(value)] for value in base)
     return {
-        "type": "scatter3d", "mode": "markers+text", "x": x, "y": y, "z": z, "text": [_("robot base")],
-        "textposition": "bottom center", "hoverinfo": "skip", "textfont": {"color": MUTED},
+        "type": "scatter3d", "mode": "markers+text" if named else "markers", "x": x, "y": y, "z": z,
+        "text": [_("robot base")], "textposition": "bottom center", "hoverinfo": "skip", "textfont": {"color": MUTED},
         "marker": {"size": 6, "color": INK, "symbol": "diamond"},
     }  # fmt: skip
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.report.arm import skeleton
+from fastcal.report.figures import log_ticks
 from fastcal.report.formatting import significant
 from fastcal.report.language import _, decimal_sign
 from fastcal.robot.robot import Robot
@@ -20,7 +21,7 @@ FloatArray = NDArray[np.float64]
 Figure = dict[str, Any]
 
 BLUE, GREEN, RED, GREY, AMBER = "#1f5f8b", "#2e7d4f", "#b3261e", "#8a8f98", "#c77700"
-_CAMERA = {"eye": {"x": 1.05, "y": 1.05, "z": 0.6}}
+_CAMERA = {"eye": {"x": 1.3, "y": 1.3, "z": 0.75}}
 _CONFIG = {"displaylogo": False, "responsive": True, "displayModeBar": False}
 
 
@@ -96,7 +97,7 @@ def falling(counts: Sequence[float], values_mm: Sequence[float], goal_mm: float 
     }  # fmt: skip
     layout: dict[str, Any] = {
         "xaxis": {**axis, "title": {"text": x}, "rangemode": "tozero"},
-        "yaxis": {**axis, "title": {"text": _("predicted σ, mm")}, "type": "log", "dtick": "D2"},
+        "yaxis": {**axis, "title": {"text": _("predicted σ, mm")}, "type": "log", **log_ticks(values_mm)},
         "margin": {"l": 60, "r": 10, "t": 10, "b": 45}, "height": 260,
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)", "uirevision": "kept",
     }  # fmt: skip

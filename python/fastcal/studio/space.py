@@ -46,7 +46,7 @@ class Space:
             plate = self._scene.box(1.2 * reach, 1.2 * reach, 0.002 * reach).material(pictures.GREY, 0.35)
             plate.move(*base).rotate_R(T_world_base[:3, :3].tolist())
             self._cloud = self._scene.point_cloud(points.tolist(), [[0.0, 0.0, 0.0]] * len(points), 0.05 * reach)
-        eye, at = base + reach * np.array([0.85, -0.85, 0.85]), base + reach * np.array([0.0, 0.0, 0.25])
+        eye, at = camera_at(robot), base + reach * np.array([0.0, 0.0, 0.25])
         names = ("x", "y", "z", "look_at_x", "look_at_y", "look_at_z")
         self._scene.move_camera(**dict(zip(names, map(float, [*eye, *at]), strict=True)), duration=0)
 
@@ -87,6 +87,12 @@ class Space:
         if event.object_name.startswith(_BOX):
             middle = [round(float(from_si(value, "mm"))) for value in (event.x, event.y, event.z)]
             self._dragged(int(event.object_name[len(_BOX) :]), [float(value) for value in middle])
+
+
+def camera_at(robot: Robot) -> FloatArray:
+    """(3,) where the view is seen from at first [m]."""
+    base = robot.core.base_and_tool(robot.core.nominal)[0][:3, 3]
+    return np.asarray(base + robot.reach * np.array([0.85, -0.85, 0.85]))
 
 
 def floor(robot: Robot) -> Box:

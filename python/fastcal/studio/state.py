@@ -7,7 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from fastcal.live import LiveSession, RowServer, WatchedFolder
+from fastcal.live import LiveSession, RowServer, RowTopic, WatchedFolder
 from fastcal.measurements.dataset import Dataset
 from fastcal.studio.jobs import Job
 from fastcal.studio.project import LIVE, Project
@@ -23,6 +23,7 @@ class Studio:
         session: Of measuring; None before it is begun.
         rows_server: Where rows come by TCP.
         watched: The folder that is watched for rows.
+        topic: The ROS 2 topic that rows come from.
     """
 
     def __init__(self, project: Project) -> None:
@@ -31,6 +32,7 @@ class Studio:
         self.session: LiveSession | None = None
         self.rows_server: RowServer | None = None
         self.watched: WatchedFolder | None = None
+        self.topic: RowTopic | None = None
 
     def open(self, name: str) -> None:
         """Opens another project beside this one, which is made where it is not there; what runs in this one ends.
@@ -68,9 +70,18 @@ class Studio:
         if folder and self.session is not None:
             self.watched = WatchedFolder(self.session, Path(folder).expanduser()).start()
 
+    def listen(self, topic: str) -> None:
+        """Takes rows from a ROS 2 topic too; an empty name ends that."""
+        if self.topic is not None:
+            self.topic.stop()
+            self.topic = None
+        if topic and self.session is not None:
+            self.topic = RowTopic(self.session, topic).start()
+
     def stop_measuring(self) -> None:
         """Listens no longer; the session's files stay."""
         self.watch("")
+        self.listen("")
         if self.rows_server is not None:
             self.rows_server.stop()
             self.rows_server = None

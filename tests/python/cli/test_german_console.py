@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import numpy as np
 import pytest
 
 import fastcal
@@ -33,6 +35,10 @@ class Blotted(dict[str, str]):
         return "".join(part if k % 2 else re.sub(r"[^\W\d_]", "¤", part) for k, part in enumerate(parts))
 
 
+def quiet(line: list[str | Path]) -> None:
+    assert main([*map(str, line), "--quiet"]) in (0, 4)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     there = tmp_path_factory.mktemp("german")
@@ -46,6 +52,24 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (there / "demo.script").write_text(PROGRAM)
     targets = fastcal.Dataset.from_arrays(fastcal.random_poses(nominal, 5, seed=3))
     fastcal.write_measurements(there / "poses.csv", targets, nominal.joint_types)
+    (there / "arms.csv").write_text("robot,data,name\nur5,fit.csv,a\nur5,test.csv,b\n")
+    model = there / "cal" / "model.yaml"
+    quiet(["accept", model, "--plan", "--language", "urscript", "--cycles", "2", "-o", there / "iso.script"])
+    quiet(["simulate", model, there / "iso_plan.csv", "--noise-mm", "0.02", "-o", there / "iso.csv"])
+    (there / "checks").mkdir()
+    for month, data in ((1, "later"), (2, "test")):
+        kept = there / "checks" / f"{month}.json"
+        quiet(["check", model, there / f"{data}.csv", "--date", f"2026-0{month}-01", "-o", kept])
+    corners = np.array([[0.0, 0.0, 0.0], [400.0, 0.0, 0.0], [400.0, 400.0, 0.0]])
+    share = np.linspace(0.0, 1.0, 60)[:, np.newaxis]
+    driven = np.vstack([(1 - share) * a + share * b for a, b in pairwise(corners)])
+    noise = np.random.default_rng(5)
+    for name, points in (
+        ("corners", corners),
+        *((f"run_{k}", driven + 0.05 * noise.standard_normal(driven.shape)) for k in (1, 2)),
+    ):
+        rows = "\n".join(",".join(f"{value:.4f}" for value in point) for point in points)
+        (there / f"{name}.csv").write_text(f"x_mm,y_mm,z_mm\n{rows}\n")
     return there
 
 
@@ -58,6 +82,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "check cal/model.yaml later.csv",
         "evaluate cal/model.yaml test.csv",
         "compensate cal/model.yaml demo.script -o out.script",
+        "design ur5 --count 12 --candidates random --candidate-count 400 -o plan.csv",
+        "accept cal/model.yaml --plan --language urscript --cycles 2 -o iso.script",
+        "accept cal/model.yaml iso.csv --targets iso_plan.csv --tolerance-mm 0.5 -o out",
+        "accept cal/model.yaml run_1.csv run_2.csv --path corners.csv -o out",
+        "compare cal/model.yaml cal/model.yaml -o out",
+        "update cal/model.yaml later.csv -o out",
+        "fleet arms.csv -o out",
+        "fleet arms.csv --diagnose -o out",
+        "history checks -o out",
     ],
 )
 def test_nothing_english_is_printed(folder: Path, line: str, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:

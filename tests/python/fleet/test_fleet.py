@@ -3,6 +3,7 @@
 """A fleet: each arm as `calibrate` alone has it, one table, and an arm that can't be calibrated stops no other."""
 
 import csv
+import html
 import json
 import shutil
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from fastcal.fleet import calibrate_many, read_list
 from fastcal.fleet.arms import Arm
 from fastcal.fleet.one_arm import key_of
 from fastcal.fleet.page import fleet_page
-from fastcal.fleet.result import Fleet
+from fastcal.fleet.result import ArmResult, Fleet
 from fastcal.fleet.side_by_side import suspects
 from fastcal.report.formatting import significant
 
@@ -144,7 +145,7 @@ def test_a_fleet_is_diagnosed(sick: Path, capfd: pytest.CaptureFixture[str], mon
     assert float(rows["play"]["after_mm"]) < 0.5 * float(rows["play"]["before_mm"])
     page = (sick / "out" / "report.html").read_text(encoding="utf-8")
     assert "2 of 3 arms diagnosed" in page
-    assert "A backlash@joint3" in page
+    assert "play: joint 3 backlash (A)" in page
     written = json.loads((sick / "out" / "play" / "diagnosis.json").read_text(encoding="utf-8"))
     assert written["verdict"] == "named"
     assert (sick / "out" / "play" / "report.html").is_file()
@@ -308,3 +309,15 @@ def test_arms_without_points_have_their_own_figures(tmp_path: Path) -> None:
     assert text.index("points") < text.index(">tilt<")  # lengths first
     worse = replace(found["length 2"], after=10 * (found["length 0"].after or 0.0))
     assert suspects([found["length 0"], found["length 1"], worse, found["tilt"]]) == {"length 2"}
+
+
+def test_the_page_names_arms_that_stand_out_and_no_folder() -> None:
+    done = {"status": "converged", "rows": 40, "unit": "mm", "message": ""}
+    arms = [ArmResult(name=f"cell {k}", before=1.0, after=size, after_mm=size, **done) for k, size in
+            enumerate((0.08, 0.09, 0.1, 0.35))]  # fmt: skip
+    lost = ArmResult(name="lost", status="refused", message="/home/anna/cells/lost.csv: no column 'q3_deg'")
+    page = fleet_page(Fleet([*arms, lost]))
+    assert "More than 2 times the error of the middle arm: cell 3 (0.350 mm)." in page
+    assert "lost: lost.csv: no column" in html.unescape(page)
+    assert "anna" not in page
+    assert "middle arm:" not in fleet_page(Fleet(arms[:3]))

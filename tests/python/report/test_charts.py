@@ -5,7 +5,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from fastcal.report import charts
+from fastcal.report import charts, figures
 
 
 def test_cumulative_share_is_the_share_of_poses_within() -> None:
@@ -60,3 +60,10 @@ def test_trend_panel_draws_points_band_and_median_of_each_component() -> None:
     assert [trace["mode"] for trace in figure.traces] == ["markers"] * 3 + ["lines"] * 4
     np.testing.assert_allclose(figure.traces[4]["y"], figure.traces[4]["x"])
     np.testing.assert_allclose(figure.traces[6]["y"], -np.asarray(figure.traces[6]["x"]))
+
+
+def test_a_logarithmic_axis_is_written_out() -> None:
+    ticks = figures.log_ticks([0.03, 0.0, 4.0])
+    assert ticks["ticktext"][:4] == ["0.01", "0.02", "0.05", "0.1"]
+    assert ticks["tickvals"][-1] == 50.0
+    assert figures.log_ticks([0.0]) == {}

@@ -92,6 +92,11 @@ def test_a_comparison_shows_the_arm_and_what_moves_the_tool(pages) -> None:
     assert "coloured by how far their change moves the tool (RMS): joint 3 " in document
 
 
+def test_a_comparison_names_what_differs(pages) -> None:
+    verdict = pages["comparison", "en"].split('<section class="verdict', 1)[1].split("</section>")[0]
+    assert re.search(r"Joint\xa03 theta differs by 0\.0\d+ ± 0\.0\d+ °, from 89\.\d+ to 90\.\d+ °\.", verdict)
+
+
 def test_a_german_page_has_no_english_names_and_signs(pages) -> None:
     """Sentences kept in files among them; "joint" stands in no word but in file names, of which there are none here."""
     for name in NAMES:

@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from fastcal.calibration.calibrate import CalibrationResult
+from fastcal.report.next_step import step
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, Statistics, rows_of
-from fastcal.report.words import Verdict, listed, verdict
+from fastcal.report.words import Verdict, listed, trusted, verdict
 
 NBSP = "\N{NO-BREAK SPACE}"
 QUIET = Trend(share=0.5, p_value=0.5)
@@ -107,3 +108,31 @@ def test_lists_read_as_english() -> None:
         "a and b",
         "a, b and c",
     ]
+
+
+def test_outliers_of_the_fit_are_no_errors_of_the_model(make_result: Callable[..., CalibrationResult]) -> None:
+    result = make_result(rows=60, test_rows=0, outlier_count=4)
+    rows = rows_of("Training", result.train, ["revolute"] * 6)
+    assert rows is not None
+    assert "on 56 of the 60 poses of the fit, the others being outliers" in judge(result).headline
+    before, after = trusted(result, rows, is_test=False)
+    assert (before.count, after.count) == (56, 56)
+    assert after.max < rows.after.max
+    assert trusted(dataclasses.replace(result, loss="none"), rows, is_test=False) == (rows.before, rows.after)
+
+
+def test_what_a_reader_must_know_first_comes_first(clean: CalibrationResult) -> None:
+    doubts = ["from row 45 on the points lie elsewhere, by 3.7 mm: the tracker moved", "is it the right robot?"]
+    found = judge(dataclasses.replace(clean, doubts=doubts))
+    assert found.tone == "caution"
+    assert [remark.text for remark in found.remarks[:2]] == [
+        "From row 45 on the points lie elsewhere, by 3.7 mm: the tracker moved.",
+        "Is it the right robot?",
+    ]
+
+
+def test_a_failure_claims_nothing_good(clean: CalibrationResult) -> None:
+    failed = dataclasses.replace(clean, status="not_converged", doubts=["is it the right robot?"])
+    assert [remark.is_caution for remark in judge(failed).remarks] == [True]
+    assert step(failed).startswith("settle what the warnings say")
+    assert step(dataclasses.replace(failed, doubts=[])).startswith("measure more poses")

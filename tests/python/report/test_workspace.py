@@ -59,7 +59,7 @@ def test_many_rows_are_thinned_and_that_is_reported() -> None:
     positions, before = cloud(5000, 1.0)
     figure = scene(positions, before, before / 10, None, "the frame")
     assert len(figure.traces[1]["x"]) == ARROW_LIMIT
-    assert "900 of 5\N{NARROW NO-BREAK SPACE}000 poses are drawn" in figure.note
+    assert "450 of 5\N{NARROW NO-BREAK SPACE}000 poses are drawn" in figure.note
 
 
 def test_buttons_name_their_scale_and_cover_the_traces() -> None:

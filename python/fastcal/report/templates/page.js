@@ -95,6 +95,7 @@ async function draw(plot, place) {
     modeBarButtons: [["resetCameraDefault3d"]] };
   await Plotly.newPlot(plot, data, layout, config);
   const changes = plot.clientWidth < NARROW ? { ...narrow, ...wrappedTitle(plot, layout) } : {};
+  if (changes.height) plot.style.height = `${changes.height}px`;
   if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
   if (postures?.rows) followPostures(plot, postures, data);
   if (rows?.traces) followRows(plot, rows, data);
@@ -115,7 +116,6 @@ function wrappedTitle(plot, { xaxis }) {
   }
   const added = (lines.length - 1) * LINE;
   const height = plot._fullLayout.height + added;
-  plot.style.height = `${height}px`;
   return { "xaxis.title.text": lines.join("<br>"), "margin.b": plot._fullLayout.margin.b + added, height };
 }
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from nicegui import run, ui
 
-from fastcal.live import LiveSession
+from fastcal.live import LiveSession, has_ros
 from fastcal.measurements.dataset import Dataset
 from fastcal.report.formatting import significant
 from fastcal.report.language import _
@@ -107,6 +107,8 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
                     ui.notify(_("watching") if folder.value else _("no folder is watched"))
 
             ui.button(_("Watch"), on_click=watch).props("outline")
+            if has_ros():
+                _topic(studio)
 
             def end() -> None:
                 studio.stop_measuring()
@@ -192,6 +194,18 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
         picture.update_figure(pictures.scene(traces))
 
     ui.timer(EVERY, look)
+
+
+def _topic(studio: Studio) -> None:
+    """A ROS 2 topic that rows come from."""
+    name = ui.input(_("or a ROS 2 topic of std_msgs/String"), value="").classes("w-72").props('data-test="topic"')
+
+    def listen() -> None:
+        with told():
+            studio.listen(name.value)
+            ui.notify(_("listening") if name.value else _("no topic is listened to"))
+
+    ui.button(_("Listen"), on_click=listen).props("outline")
 
 
 def _fill(session: LiveSession, last: Any, sigma: Any, count: Any) -> None:

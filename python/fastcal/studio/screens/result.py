@@ -34,7 +34,7 @@ def build(studio: Studio) -> None:
     project = studio.project
     data = project.data_files()
     if not project.has_robot or not data:
-        ui.label(_("Nothing is measured yet: bring files in, or measure with the robot."))
+        ui.label(_("Nothing is measured yet: save the list on the screen Data, or measure with the robot."))
         with ui.row():
             ui.link(_("To the screen Data"), "/")
             ui.link(_("To the screen Live"), "/live")
