@@ -7,4 +7,4 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 HAS_TORCH = find_spec("torch") is not None
-WITHOUT_TORCH = "it needs a network, and torch is not installed here: pip install 'fastcal[networks]'."
+WITHOUT_TORCH = "it needs a network, and torch is not installed here: pip install 'fastcal-studies[networks]'."

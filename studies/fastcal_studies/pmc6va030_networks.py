@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from fastcal.correction.experts import AxisNetworks, Expert
 from fastcal.measurements.dataset import Dataset
-from fastcal.networks.ca_somm import fit_ca_somm, found_split
 from fastcal.networks.device import one_thread
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.gaussian_process import fit_gaussian_process
@@ -21,10 +20,11 @@ from fastcal.networks.options import Options
 from fastcal.networks.plain import fit_plain, train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem, problem_of
-from fastcal.networks.somm import BATCH, fit_somm
-from fastcal.networks.somm import PAPER as PAPER_SIZES
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
+from fastcal_studies.networks.ca_somm import fit_ca_somm, found_split
+from fastcal_studies.networks.somm import BATCH, fit_somm
+from fastcal_studies.networks.somm import PAPER as PAPER_SIZES
 from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.study import Run
 

@@ -12,7 +12,6 @@ import numpy as np
 from fastcal.correction import Inputs
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.device import one_thread
-from fastcal.networks.ga_dnn import FULL, Budget, search
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.problem import problem_of
@@ -20,6 +19,7 @@ from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.kernel_networks import fit_grnn, fit_rbf
+from fastcal_studies.networks.ga_dnn import FULL, Budget, search
 from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.staubli_rx160l_worlds import deep, plain
 from fastcal_studies.study import Run

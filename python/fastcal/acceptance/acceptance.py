@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.acceptance.figures import figures_of
 from fastcal.acceptance.judgement import CONFIDENCE, LIMITS, Judged, Verdict, judged, overall, parsed_limits
@@ -23,8 +22,6 @@ from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import inverse, rotation_to_rpy
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 DRAWS = 20_000
 _UNITS = {"m": "mm", "rad": "deg"}

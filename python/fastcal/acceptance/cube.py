@@ -12,16 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Frame
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 CORNERS = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
 PLANE = (0, 1, 6, 7)  # C1, C2, C7, C8

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.acceptance.visits import Campaign, cycle_of
+from fastcal.arrays import FloatArray
 from fastcal.calibration.repeatability import ENOUGH_VISITS, accuracy, blocks_of_visits, distance_figures, spread
 
-FloatArray = NDArray[np.float64]
 OfMeans = Callable[[FloatArray], FloatArray]  # (..., K, 3) -> (...,)
 
 AXES = ("x", "y", "z")

@@ -24,11 +24,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.repeatability import turns_between
 from fastcal.errors import InvalidInput
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 FEWEST_RUNS = 2
 _STRAIGHT = 0.02  # rad; a bend below this is no corner

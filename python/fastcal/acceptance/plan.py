@@ -14,9 +14,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.acceptance.cube import POSES, Cube, largest_cube
+from fastcal.arrays import FloatArray
 from fastcal.compensation.programs import robot_without_measurement
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
@@ -27,8 +27,6 @@ from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.steady import assumed_temperature, steady, warmed
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 CYCLES = 30
 _ORDER = (4, 3, 2, 1, 0)  # P5, P4, P3, P2, P1

@@ -11,16 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.acceptance.figures import Figure, OfMeans
 from fastcal.acceptance.visits import Campaign, cycle_of
+from fastcal.arrays import FloatArray
 from fastcal.budget import Budget, Component, Scene, Uncertainty, combined, components_of, drawn
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import skew
-
-FloatArray = NDArray[np.float64]
 
 _STEP = 1e-8  # m or rad, of the gradient's differences
 _BATCH = 5000

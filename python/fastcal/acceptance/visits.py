@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.prediction import rotations
 from fastcal.calibration.repeatability import pose_groups, turns_between, visit_groups
 from fastcal.errors import InvalidInput
@@ -20,7 +21,6 @@ from fastcal.robot import se3
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
-FloatArray = NDArray[np.float64]
 RowArray = NDArray[np.intp]
 
 TARGET_COLUMNS = ("target_x_mm", "target_y_mm", "target_z_mm", "target_qw", "target_qx", "target_qy", "target_qz")
@@ -97,19 +97,19 @@ def campaign(model: Robot, data: Dataset, plan: Dataset | None, *, align: bool) 
     Raises:
         InvalidInput: No points, a row that is no visit of the plan, or too few poses to align with.
     """
-    if data.position is None or np.isnan(data.position).all():
+    if np.isnan(data.points).all():
         raise InvalidInput(f"{data.source}: holds no measured points; expected x_mm, y_mm and z_mm")
     stations = _stations(model, data, plan)
     T_world_base = model.core.base_and_tool(model.core.nominal)[0]
     T = _fitted(data, stations) if align else se3.inverse(T_world_base)
-    points = data.position @ T[:3, :3].T + T[:3, 3]
+    points = data.points @ T[:3, :3].T + T[:3, 3]
     found = Campaign(data, tuple(stations), points, None, T, align)
     return replace(found, turns=_turns(found)) if data.rotation is not None else found
 
 
 def _stations(model: Robot, data: Dataset, plan: Dataset | None) -> list[Station]:
     """The commanded poses of the data's rows, by name, those of the cycle first."""
-    measured = ~np.isnan(np.asarray(data.position)).any(axis=1)
+    measured = np.asarray(~np.isnan(data.points).any(axis=1))
     if plan is None and set(TARGET_COLUMNS) <= set(data.extra):
         plan = data
     if plan is None:
@@ -208,7 +208,7 @@ def _fitted(data: Dataset, stations: list[Station]) -> FloatArray:
     """T_base_world (4, 4) that best brings the mean attained points to the commanded ones (W. Kabsch 1976)."""
     chosen = cycle_of(stations)
     p = np.array([stations[k].commanded[:3, 3] for k in chosen])
-    x = np.array([np.asarray(data.position)[stations[k].rows].mean(axis=0) for k in chosen])
+    x = np.array([data.points[stations[k].rows].mean(axis=0) for k in chosen])
     if len(p) < 3 or np.linalg.svd(p - p.mean(axis=0), compute_uv=False)[1] < 1e-3:
         raise InvalidInput(
             f"{data.source}: the alignment needs at least three poses that are not on one line, got {len(p)}; "

@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.acceptance.visits import Campaign
+from fastcal.arrays import FloatArray
 from fastcal.budget import Budget, Scene, Uncertainty, combined, components_of
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _OF_PREDICTIONS = ("temperature", "target", "payload", "masses")
 

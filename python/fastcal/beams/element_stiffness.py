@@ -15,18 +15,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
-
-Array = NDArray[np.float64]
 
 EQUILIBRIUM = 1e-6
 """Largest sum of the forces of both ends, relative to K_ee: what a finite-element program rounds off, no support."""
 
 
-def as_numbers(name: str, value: ArrayLike) -> Array:
+def as_numbers(name: str, value: ArrayLike) -> FloatArray:
     """The value as a finite, C-order float64 array; anything that is no real number raises InvalidInput."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
@@ -38,7 +37,7 @@ def as_numbers(name: str, value: ArrayLike) -> Array:
     return array
 
 
-def rows(name: str, value: ArrayLike, shape: tuple[int, ...], count: int) -> Array:
+def rows(name: str, value: ArrayLike, shape: tuple[int, ...], count: int) -> FloatArray:
     """The value with `shape`, one for all postures, or (count, *shape); another shape raises InvalidInput."""
     numbers = as_numbers(name, value)
     if numbers.shape not in (shape, (count, *shape)):
@@ -46,7 +45,7 @@ def rows(name: str, value: ArrayLike, shape: tuple[int, ...], count: int) -> Arr
     return numbers
 
 
-def end_stiffness(name: str, matrix: ArrayLike, size: int) -> Array:
+def end_stiffness(name: str, matrix: ArrayLike, size: int) -> FloatArray:
     """K_ee of whole or clamped matrices.
 
     Args:
@@ -124,7 +123,7 @@ class StiffnessTable:
         """Largest misfit over the samples."""
         return self._core.relative_error
 
-    def __call__(self, angle_rad: ArrayLike, extension_m: ArrayLike) -> Array:
+    def __call__(self, angle_rad: ArrayLike, extension_m: ArrayLike) -> FloatArray:
         """K_ee (N, B, B) at N pairs; outside the sampled range by more than 5 % of it raises InvalidInput."""
         angle = np.atleast_1d(as_numbers("angle_rad", angle_rad))
         extension = np.atleast_1d(as_numbers("extension_m", extension_m))
@@ -151,7 +150,7 @@ class ElementMatrices:
 
     def __init__(self, stiffness: Mapping[int, ElementStiffness], element_count: int, size: int) -> None:
         self.size = size
-        self.own: dict[int, StiffnessTable | Array | None] = {}
+        self.own: dict[int, StiffnessTable | FloatArray | None] = {}
         for index in sorted(stiffness):
             given, name = stiffness[index], f"stiffness of element {index}"
             if not 0 <= index < element_count:
@@ -172,7 +171,7 @@ class ElementMatrices:
 
     def at(
         self, count: int, angle_rad: ArrayLike | None, extension_m: ArrayLike | None, given: Mapping[int, ArrayLike]
-    ) -> Array | None:
+    ) -> FloatArray | None:
         """K_ee (T, B, B), or (N, T, B, B) where one changes, of these T elements at N = count postures."""
         unknown = sorted(set(given) - set(self.own))
         if unknown:
@@ -200,7 +199,7 @@ class ElementMatrices:
         return np.stack([np.broadcast_to(matrix, (count, *shape)) for matrix in matrices], axis=1).copy(order="C")
 
 
-def _postures(name: str, values: ArrayLike, count: int) -> Array:
+def _postures(name: str, values: ArrayLike, count: int) -> FloatArray:
     numbers = as_numbers(name, values)
     if numbers.shape != (count,):
         raise InvalidInput(f"{name} must have shape ({count},), got {numbers.shape}")

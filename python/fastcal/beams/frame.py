@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fastcal import _core
-from fastcal.beams.element_stiffness import Array, ElementMatrices, ElementStiffness, StiffnessTable, as_numbers, rows
+from fastcal.arrays import FloatArray
+from fastcal.beams.element_stiffness import ElementMatrices, ElementStiffness, StiffnessTable, as_numbers, rows
 from fastcal.errors import InvalidInput
 
 __all__ = ["BeamFrame", "StiffnessTable"]
@@ -127,8 +128,8 @@ class BeamFrame:
         stiffness: Mapping[int, ArrayLike] | None = None,
         scale: ArrayLike = 1.0,
         threads: int = 1,
-        out: Array | None = None,
-    ) -> Array:
+        out: FloatArray | None = None,
+    ) -> FloatArray:
         """Displacements of the nodes in N postures.
 
         Args:
@@ -165,7 +166,7 @@ class BeamFrame:
         scale: ArrayLike = 1.0,
         threads: int = 1,
         **given: Any,
-    ) -> tuple[Array, Array]:
+    ) -> tuple[FloatArray, FloatArray]:
         """Displacements and their derivatives by stiffness factors: K du/ds = -K_group u.
 
         Args:
@@ -209,7 +210,7 @@ class BeamFrame:
         extension_m: ArrayLike | None,
         stiffness: Mapping[int, ArrayLike] | None,
         threads: int,
-    ) -> tuple[Array, Array | None, Array, Array | None, Array | None]:
+    ) -> tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None, FloatArray | None]:
         """The arrays of a call, checked, as the core takes them."""
         D, M, B = self.dimension, self.node_count, self.freedom_count
         if threads < 1:
@@ -232,13 +233,13 @@ class BeamFrame:
             self._matrices.at(count, angle_rad, extension_m, stiffness or {}),
         )
 
-    def _per_element(self, name: str, value: ArrayLike | None) -> Array:
+    def _per_element(self, name: str, value: ArrayLike | None) -> FloatArray:
         numbers = as_numbers(name, 0.0 if value is None else value)
         if numbers.shape not in ((), (len(self.elements),)):
             raise InvalidInput(f"{name} must be one number or have shape ({len(self.elements)},), got {numbers.shape}")
         return np.broadcast_to(numbers, len(self.elements))
 
-    def _output(self, out: Array | None, shape: tuple[int, ...]) -> Array:
+    def _output(self, out: FloatArray | None, shape: tuple[int, ...]) -> FloatArray:
         if out is None:
             return np.empty(shape)
         if out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous:

@@ -15,14 +15,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.budget.inputs import Budget, Input
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Link
-
-FloatArray = NDArray[np.float64]
 
 _SAME_POSE = 1e-6  # m
 _STEP = 0.5  # of a standard uncertainty, for the derivative by a payload or by masses

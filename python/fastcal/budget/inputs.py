@@ -9,9 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 # Kind: the quantities that its size may be given in, as fastcal.units names them; "share" and "per_length" are plain.
 KINDS: dict[str, tuple[str, ...]] = {

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.calibration.consensus import GROSS
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.problem import CalibrationProblem
@@ -24,9 +24,6 @@ from fastcal.calibration.shifted_rows import EXPLAINED, Shift, huber_fit
 from fastcal.effects.entries import effect_names, label, parse_effects, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 CLEARLY = 20.0  # of the criterion, by which one of two readings is the better
 _ROUNDS = 8

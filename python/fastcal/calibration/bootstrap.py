@@ -16,9 +16,9 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.levers import levers
@@ -29,8 +29,6 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kind_of
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _BATCH = 20  # draws that a worker takes at once
 

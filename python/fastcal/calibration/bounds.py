@@ -14,12 +14,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.problem import CalibrationProblem
 
-FloatArray = NDArray[np.float64]
 Side = Literal["lower", "upper"]
 
 NOISE_EXPLAINS = 3.0  # standard deviations beyond the bound

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.moving_rig import frames_of
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.unknowns import CORNERS, unknowns_with_covariance
@@ -30,8 +30,6 @@ from fastcal.robot.rig import PLACEMENT, board_corners, known_within, pictures
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import skew
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.95
 ONE_AXIS = "turn what carries camera or board about another axis too, by 30 degrees and more"

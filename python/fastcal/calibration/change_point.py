@@ -10,13 +10,10 @@ about the change-point in a sequence of random variables", 1970.)
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.row_weights import huber_weights
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _ROUNDS = 4
 _ROUNDS_OF_STRETCHES = 2

@@ -5,12 +5,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.calibration.tall import moved, summed
-
-FloatArray = NDArray[np.float64]
 
 
 def column_lengths(A: FloatArray) -> FloatArray:

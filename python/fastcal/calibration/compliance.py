@@ -13,16 +13,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.corner_test import Corner, corner_test
 from fastcal.calibration.payload_pairs import PairsResult, differences, from_payload_pairs, rows_in_pairs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.01
 TORQUES = ("all", "payload")

@@ -19,11 +19,8 @@ of naming the rows.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from fastcal.arrays import BoolArray, FloatArray, IntArray
 
 MARGIN = 10.0  # of S, by which a set of rows must be better than that of the fit
 GROSS = 8.0  # times the noise of those that agree, RMS: rows less far off are noisy, or the model lacks an effect

@@ -11,9 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 DRAWS = 20_000
 _NOTHING = 1e-6  # of a column: what is left of it behind the others is no direction of its own

@@ -13,15 +13,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.effects.entries import edge_name, value_at_edge
 from fastcal.place import place_of
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _GRID = np.linspace(0.05, 0.95, 19)  # quantiles of the loads in the data: a corner outside them is not identifiable
 _SWEEPS = 3

@@ -7,16 +7,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.measurements.copied_rows import row_bytes
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_column
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 _BESIDE = 0.3  # of the reach, from the base to a tracker
 THIN = 2.0  # numbers a parameter: with fewer, most of the noise goes into the parameters

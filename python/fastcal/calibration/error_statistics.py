@@ -7,11 +7,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.error_statistics import ErrorStatistics as ErrorStatistics
 from fastcal.calibration.kind_errors import KindErrors as KindErrors
@@ -29,8 +30,6 @@ from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotation_to_rpy
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 ALIGNED_BETTER = 5.0
 ALIGNED_ROWS = 4  # points: twelve numbers for six unknowns
@@ -65,7 +64,7 @@ class Evaluation(Shown):
         data: What was measured.
         error_before, error_after: (N, 3) predicted less measured point [m], NaN where not measured; error_before is
             None where only one model is judged.
-        length_before, length_after: (N,) predicted less measured length, or height over a touched plane [m], or None.
+        length_after: (N,) predicted less measured length, or height over a touched plane [m], or None.
         turn_after: (N,) angle between predicted and measured orientation [rad], or None.
         before, after: Statistics of the points' distances; None where none was measured.
         kinds: Errors of each kind of reading, by its name.
@@ -81,7 +80,6 @@ class Evaluation(Shown):
     turn_after: FloatArray | None
     after: ErrorStatistics | None
     error_before: FloatArray | None = None
-    length_before: FloatArray | None = None
     before: ErrorStatistics | None = None
     repeatability: Repeatability | None = None
     aligned: Realigned | None = None
@@ -175,7 +173,7 @@ def compared(
     another is NaN. A trained correction counts in points and turns.
     """
     T = robot.poses(data, threads=threads) if T is None else T
-    points = np.full((len(data), 3), np.nan) if data.position is None else T[:, :3, 3] - data.position
+    points = T[:, :3, 3] - data.points
     numbers: dict[Kind, FloatArray] = {kind_named(POINTS): points[:, np.newaxis]}
     turns = None
     if data.rotation is not None:
@@ -265,7 +263,6 @@ def judged(
         found.turns,
         ErrorStatistics.of(distances(found.points)),
         None if first is None else first.points,
-        None if first is None else first.lengths,
         None if first is None else ErrorStatistics.of(distances(first.points)),
         repeatability(data, found.points, T[:, :3, :3] if data.rotation is not None else None),
         realigned(T[:, :3, 3], found.points),

@@ -11,14 +11,12 @@ profiles: curves take what geometry can't. Where the data tell the two apart, th
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.effects.entries import curve_of
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 PULL_SIZES = 0.05  # plausible sizes: 0.05 mm and 0.05 mrad
 

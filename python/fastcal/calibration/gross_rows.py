@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import BoolArray, IntArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.asked_conditions import explains_gross
 from fastcal.calibration.consensus import GROSS, Rows, agreeing_rows, leave_freedom
@@ -20,10 +20,6 @@ from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.measurements.kinds import POINTS, kind_named
 from fastcal.measurements.observations import without_measured
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 Refit = Callable[[CalibrationProblem], _core.Identification]
 

@@ -7,9 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 EARNED = 12.0  # drop of chi square that a lag must bring: by chance one of 2,000 sets has it
 _LEAST, _MOST = 0.005, 1.0  # shares of the time that the data span

@@ -14,12 +14,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.error_statistics import ErrorStatistics
 from fastcal.measurements.kinds import POINTS, Kind, in_order
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

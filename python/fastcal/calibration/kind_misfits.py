@@ -13,9 +13,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.evaluation import Evaluation, compared, judged
 from fastcal.calibration.kind_errors import KindErrors, sizes_of
@@ -28,8 +28,6 @@ from fastcal.measurements.kinds import POINTS, Kind, KindMisfit, of_observation
 from fastcal.measurements.observations import sigma_field, without_kinds
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 FEWEST = 12  # readings: fewer fit anything
 UNRELATED = 0.1  # of what readings of other poses would be off

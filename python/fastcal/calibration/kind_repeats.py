@@ -11,15 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.repeatability import numbered, visit_groups
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import Kind
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

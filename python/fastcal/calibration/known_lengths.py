@@ -16,12 +16,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.robot.robot_spec import RobotSpec
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 _CONTRADICTS = 3.0  # standard deviations of both lengths
 _AXES = ("x", "y", "z")

@@ -14,17 +14,14 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.gamma_tail import gamma_tail
 from fastcal.calibration.levers import whitened_levers
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MANY_NUMBERS = 32  # of a row: so many and more are of pictures, as the core judges them by their mean square
 _ABSORBED = 1e-3  # share of a column that the model's own leave of it: below this they explain it

@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals
@@ -25,8 +25,6 @@ from fastcal.calibration.shifted_rows import EXPLAINED, huber_fit
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.kinds import kind_named
 from fastcal.robot.rig import PLACEMENT
-
-FloatArray = NDArray[np.float64]
 
 _COEFFICIENTS = {"pinhole": 5, "fisheye": 4}  # k1, k2, p1, p2, k3 of a lens whose file has fewer
 _FEWEST = 5.0  # numbers a parameter: with fewer another lens would explain much of any noise

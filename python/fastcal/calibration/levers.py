@@ -5,14 +5,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.measurements.dataset import Dataset
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _STEP = 1e-6  # [rad, m] of a joint
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.error_statistics import ErrorSums
 from fastcal.calibration.evaluation import Evaluation, compared
@@ -19,8 +20,6 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 def shown(data: LongDataset) -> tuple[Dataset, NDArray[np.intp] | None]:

@@ -16,15 +16,13 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.rig import WORLD, core_rig, frame_of, has_rig
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 _STEP = 1e-3  # h [s]
 _NEAR = 0.2  # [s] between rows of one motion

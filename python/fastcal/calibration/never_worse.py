@@ -14,17 +14,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import BoolArray, FloatArray, IndexArray
 from fastcal.calibration.parameter_limits import PRIOR_SIZES
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residual_checks import Cleared
 from fastcal.calibration.shrinkage import start_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 MANY = 0.1  # of the rows left out: then fits that leave fewer out are looked at
 _AS_FAR = 3.0  # times what base and tool alone miss a gross row by: they lie between all rows, up to half of them gross
@@ -123,7 +119,7 @@ def is_worse(whole: CalibrationProblem, found: _core.Identification, moved: list
     return bool(judged.any()) and _is_worse(errors, found, _left_out(whole, found), judged)
 
 
-def _left_out(whole: CalibrationProblem, found: _core.Identification) -> IntArray:
+def _left_out(whole: CalibrationProblem, found: _core.Identification) -> IndexArray:
     """Rows that the fit makes little of: by least squares its outliers count as all others do."""
     return np.asarray([] if whole.loss == "none" else found.outliers, dtype=np.intp)
 
@@ -166,7 +162,7 @@ def _reason(found: _core.Identification) -> str:
     return "did not converge" if found.status != "converged" else "misses its own rows by more than the nominal arm"
 
 
-def _is_worse(errors: Errors, found: _core.Identification, left_out: IntArray, judged: BoolArray) -> bool:
+def _is_worse(errors: Errors, found: _core.Identification, left_out: IndexArray, judged: BoolArray) -> bool:
     """Is it worse than base and tool alone, over the rows (N,) `judged`, gross ones but those?"""
     after = errors.of(np.asarray(found.theta))
     used = judged.copy()

@@ -10,15 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fastcal.arrays import FloatArray
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

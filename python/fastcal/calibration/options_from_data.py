@@ -13,8 +13,8 @@ import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.effects.entries import Spec, build_effects, core_options, effect_owners, label, traits_of, written_list
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -24,7 +24,6 @@ from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 Rows = Dataset | LongDataset
 
 _COVERED = ("first_s", "last_s")

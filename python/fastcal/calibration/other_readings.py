@@ -8,16 +8,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _STEP = 1e-6  # [rad, m] of a joint in a difference
 _ROUNDS = 20

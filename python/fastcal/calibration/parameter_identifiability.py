@@ -13,14 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.simulation import random_poses
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 KINDS = ("independent", "correlated", "without_effect")
 MEASURED = {"position": 3, "pose": 6}

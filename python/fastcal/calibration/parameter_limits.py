@@ -5,14 +5,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot, Spec
-
-FloatArray = NDArray[np.float64]
 
 PRIOR_SIZES = 3.0  # standard deviation of a prior that `priors` asks for, in plausible sizes
 

@@ -7,17 +7,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.bounds import Bound, Side
 from fastcal.calibration.result import IdentifiedParameter
 from fastcal.effects.entries import edge_name, edge_unit
 from fastcal.effects.values import polar_pairs
 from fastcal.robot.robot import Robot
 from fastcal.units import factor, from_si
-
-FloatArray = NDArray[np.float64]
 
 CORRELATED = 0.95
 

@@ -16,10 +16,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import optimize
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.calibrate import IdentifiedParameter
 from fastcal.calibration.critical_loads import Corners, best_corners, open_corners, remaining, starting_values
 from fastcal.calibration.problem import CalibrationProblem, prepare
@@ -30,9 +31,6 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 from fastcal.units import factor, from_si
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SAME_POSTURE = 1e-6  # [rad, m] joint positions that agree to this are one posture
 _ALONG = np.linspace(0.01, 0.99, 99)  # quantiles of the loads: where a corner's likelihood is looked at

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.calibration.evaluation import Evaluation, best_motion, evaluate
 from fastcal.effects.entries import Spec, traits_of
@@ -17,7 +16,6 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 
-FloatArray = NDArray[np.float64]
 _FEWEST = 6  # points that place a base by six numbers and leave something to judge
 
 
@@ -53,14 +51,14 @@ def placed(model: Robot, test: Dataset) -> tuple[Robot, list[str]]:
     stations = _entries(model, "stations")
     if not stations or test.station is not None:
         return model, []
-    measured = np.zeros(len(test), bool) if test.position is None else ~np.isnan(test.position).any(axis=1)
-    if test.position is None or measured.sum() < _FEWEST:
+    measured = ~np.isnan(test.points).any(axis=1)
+    if measured.sum() < _FEWEST:
         raise InvalidInput(
             f"{test.source}: has no column station, and fewer than {_FEWEST} points from which to see where the "
             "instrument stood"
         )
     bare = model.with_(effects=[entry for entry in model.entries if entry not in stations])
-    motion = best_motion(bare.poses(test)[measured, :3, 3], test.position[measured])
+    motion = best_motion(bare.poses(test)[measured, :3, 3], test.points[measured])
     there = moved(bare, motion @ bare.T_world_base, bare.T_flange_tool)
     return there, placing_notes(model, test)
 

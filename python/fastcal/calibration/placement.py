@@ -11,17 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, POSE
 from fastcal.measurements.observations import without_kinds
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _FAR_BETTER = 0.5  # of the points' median error
 _FEWEST = 12  # points that are believed against other kinds

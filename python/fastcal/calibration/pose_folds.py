@@ -10,13 +10,11 @@ under several payloads share what a model lacks of it, so that postures are held
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import IndexArray
 from fastcal.calibration.repeatability import pose_groups, posture_groups
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal
-
-IntArray = NDArray[np.intp]
 
 # Successive poses nearer than this share of what poses half the set apart are lie along a path, along which noise lasts
 # from one part of the joints' ranges to the next; rows of a stretch, more than noise with a memory lasts.
@@ -25,7 +23,7 @@ PATH_STEPS, PATH_STRETCH = 0.2, 20
 MIN_POSTURES = 30
 
 
-def measuring_place(data: Dataset) -> IntArray:
+def measuring_place(data: Dataset) -> IndexArray:
     """(N,) place of each row in the order of measuring: by its time, or as the file has it."""
     if data.time is None:
         return np.arange(len(data))
@@ -49,7 +47,7 @@ def along_a_path(data: Dataset, near: float = PATH_STEPS) -> bool:
     return bool(step < near * apart)
 
 
-def pose_folds(data: Dataset, folds: int, random: np.random.Generator) -> IntArray:
+def pose_folds(data: Dataset, folds: int, random: np.random.Generator) -> IndexArray:
     """(N,) fold 0 ... folds - 1 of each row: postures are dealt out at random, all visits of one to one fold.
 
     Along a path its stretches are dealt out, each posture in that of its first visit. Of fewer than MIN_POSTURES poses

@@ -15,12 +15,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 METHODS = ("levenberg", "truncated")
 _NOTHING = 1e-13  # of the largest singular value: what rounding leaves of nothing

@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.prediction import rotations
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 GroupArray = NDArray[np.intp]
 
 ENOUGH_VISITS = 5  # RP from fewer says little: from two visits it is a third of what thirty give

@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.measurements.kinds import Kind, in_order, of_observation
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

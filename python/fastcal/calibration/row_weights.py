@@ -5,10 +5,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fastcal.arrays import FloatArray, IntArray
 
 HUBER = 1.5  # rows whose error is larger than this many typical ones pull with less than their square
 

@@ -20,13 +20,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import BoolArray, FloatArray, IntArray
 from fastcal.calibration import tall
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 DEVIATIONS = 3.0  # white noise correlates neighbours by so much in one of a thousand sets
 _FEWEST_ROWS = 12

@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.effects.entries import parse_effects
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import pose
@@ -25,9 +25,6 @@ from fastcal.robot.identified_spec import with_frames
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 FAR = 3.0  # times the error of set-ups of their own: where one base and tool for all leave that, they are not one
 _FEWEST = 5  # points of a set-up that stands by itself

@@ -13,14 +13,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, kinds_in
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 _MOST_ROWS = 400  # whose points are paired
 _SCALE_IS_OPEN = 0.5  # of the deviation of distances without their common scale

@@ -15,14 +15,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.change_point import find_step, find_stretch
 from fastcal.calibration.gamma_tail import gamma_tail
 from fastcal.calibration.row_weights import huber_weights
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _CHANCE = 1e-6
 EXPLAINED = 0.5  # of the weighted squares

@@ -24,15 +24,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import BoolArray, FloatArray, IntArray
 from fastcal.calibration.consensus import GROSS
 from fastcal.calibration.problem import CalibrationProblem
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 LEAST, MOST = 0.01, 30.0  # plausible sizes: ten micrometres to three centimetres
 _STEPS = 32

@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.parallel import each
 from fastcal.calibration.row_weights import huber_weights
 from fastcal.calibration.tall import over
 from fastcal.measurements.splits import deal
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Solver = Callable[[FloatArray], FloatArray]
 
 FOLDS = 5

@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
-
-FloatArray = NDArray[np.float64]
 
 _PARTS = 4
 _WORTH = 1e7  # multiplications: fewer are done sooner than shared out

@@ -2,20 +2,14 @@
 # SPDX-License-Identifier: MIT
 """Where a tool, a base or a part is, from a few touches by an arm whose geometry is trusted.
 
-With the pose (R_i, f_i) of the last frame and the point t on it, p_i = f_i + R_i t. One of the frames is asked for and
-all else is held:
-    tool    R_i t - s = -f_i of one point s, the same in all touches (a socket, nearly the centre of a sphere), linear
-            in t and s;  n . (f_i + R_i t) = d of a plane, linear in t and d for each normal n
-    base    x_i = T p_i with points x_i that an instrument measured, by the singular vectors of their moments
-    part    x_i = T^-1 p_i with x_i as the part's drawing has them
-These are starts; the answer is the fit of all readings by their noise, a robust one where they are many.
+The answer is the fit of all readings by their noise, a robust one where they are many, from the starts of
+`touch_starts`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,26 +19,25 @@ from scipy.stats import t as student
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.kind_noise import noise_by_kind, scaled
+from fastcal.calibration.touch_starts import LOST, What, starts
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.kinds import KindNoise, in_order, of_observation
+from fastcal.measurements.kinds import KindNoise
 from fastcal.robot.calibration_record import lower_root
 from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.robot import Robot
-from fastcal.robot.se3 import inverse, pose
+from fastcal.robot.se3 import inverse
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
-What = Literal["tool", "base", "part"]
 
 MANY = 20  # readings from which on a few gross ones can be told from the others
-_NORMALS = 400  # directions on the half sphere that a plane's normal is looked for among
 _TURNED = to_si(5.0, "deg")  # of postures that are not of one orientation
 _FAR = 1e3  # plausible sizes: a deviation above shows nothing of a place
-_LOST = 1e-6  # of the largest singular value of a start
 _HALF = 0.975  # of an interval that holds 95 %
 _STEP = 1e-6  # [m, rad] of a difference
-_POINT_LIKE = ("socket", "anchor")  # labels of rows about one point
+_ROUNDS = 30  # of the radius of a sphere
+_AT_REST = 1e-8  # [m] less of a step of it is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +49,7 @@ class FoundPlace:
         covariance: (6, 6) of its place [m] and its turn [rad], along and about the axes of the frame it is given in; 0
             of what was not asked, NaN of what no reading shows.
         parameters, root: Names of the model's parameters that were found, and the root of their covariance, SI.
+        radius: Of the touched sphere, and its standard deviation [m]; None where it was not asked for.
     """
 
     what: What
@@ -67,6 +61,7 @@ class FoundPlace:
     count: int
     degrees_of_freedom: int
     outliers: list[int]
+    radius: tuple[float, float] | None = None
 
     @property
     def place(self) -> dict[str, Any]:
@@ -95,10 +90,11 @@ class FoundPlace:
             "degrees_of_freedom": self.degrees_of_freedom,
             "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "outliers": self.outliers,
+            "radius_mm": None if self.radius is None else [from_si(value, "mm") for value in self.radius],
         }
 
 
-def find_place(robot: Robot, data: Dataset, what: What, *, threads: int = 1) -> FoundPlace:
+def find_place(robot: Robot, data: Dataset, what: What, *, find_radius: bool = False, threads: int = 1) -> FoundPlace:
     """The tool, the base or a part from touches; the arm's geometry and effects stay as they are.
 
     Args:
@@ -107,6 +103,7 @@ def find_place(robot: Robot, data: Dataset, what: What, *, threads: int = 1) -> 
             the base; the touched points as the part's drawing has them for a part, of which the first may be empty in
             their x (a point on the x axis) and in x and y (a point in the plane of x and y).
         what: Is asked for.
+        find_radius: The sphere's radius is found too, from what `distance_mm` says on.
         threads: Cores; the result does not depend on it.
 
     Raises:
@@ -126,25 +123,20 @@ def find_place(robot: Robot, data: Dataset, what: What, *, threads: int = 1) -> 
     count = int((~np.isnan(_left(core, samples, measured, core.start))).any(axis=1).sum())
     loss = "huber" if count >= MANY else "none"
     fits = []
-    for start in _starts(robot, data, what, measured):
-        core = start.error_model
-        found = _core.identify(
-            core,
-            samples,
-            measured,
-            asked=asked,
-            unknowns=_unknowns(core, samples, measured),
-            loss=loss,
-            practical_limit=_FAR,
-            threads=threads,
-        )
-        fits.append((float(np.nansum(np.abs(_left(core, samples, measured, found.theta)))), found))
-    found = min(fits, key=lambda fit: fit[0])[1]
+    for start in starts(robot, data, what, measured):
+        found = _identified(start, data, asked, loss, threads)
+        fits.append((float(np.nansum(np.abs(_left(start.error_model, samples, measured, found.theta)))), start, found))
+    _, start, found = min(fits, key=lambda fit: fit[0])
     _check(found, data, robot, what, asked)
+    radius, spread_of_radius = None, np.zeros((len(found.free),) * 2)
+    if find_radius:
+        radius, spread_of_radius, found = _with_radius(start, data, found, asked, loss, threads)
     own = [k for k, i in enumerate(found.free) if i in asked]
-    scale = few_readings(found, measured)
-    covariance = scale**2 * np.asarray(found.covariance)[np.ix_(own, own)]
-    T, spread = _frame(core, np.asarray(found.theta), [found.free[k] for k in own], covariance, robot, what)
+    scale = few_readings(found, measured, also=int(find_radius))
+    covariance = scale**2 * (np.asarray(found.covariance) + spread_of_radius)[np.ix_(own, own)]
+    T, spread = _frame(
+        start.error_model, np.asarray(found.theta), [found.free[k] for k in own], covariance, robot, what
+    )
     names, noise = robot.parameter_names, noise_by_kind(measured, found)
     return FoundPlace(
         what,
@@ -154,8 +146,9 @@ def find_place(robot: Robot, data: Dataset, what: What, *, threads: int = 1) -> 
         lower_root(covariance),
         noise if not is_stated(found, measured) else scaled(noise, scale),
         count,
-        int(found.degrees_of_freedom),
+        int(found.degrees_of_freedom) - find_radius,
         list(found.outliers),
+        None if radius is None else (radius[0], scale * radius[1]),
     )
 
 
@@ -191,20 +184,79 @@ def with_place(robot: Robot, found: FoundPlace) -> Robot:
     return robot.with_(**frame, calibration=changed.to_spec() | nominal)
 
 
-def few_readings(found: _core.Identification, measured: _core.Measurements) -> float:
+def few_readings(found: _core.Identification, measured: _core.Measurements, also: int = 0) -> float:
     """By what the deviations of a fit of a few readings are multiplied, so that twice them hold 95 %.
 
     Where the residuals alone say what the noise is: t_0.975 of Student's distribution with the fit's degrees of freedom
     over that of the normal one. Where columns say it, they are believed, though a few residuals are smaller.
+    `also`: unknowns beside those of the fit.
     """
     if is_stated(found, measured):
         return float(1.0 / np.sqrt(found.variance_factor))
-    return float(student.ppf(_HALF, max(found.degrees_of_freedom, 1)) / norm.ppf(_HALF))
+    freedom = max(found.degrees_of_freedom - also, 1)
+    wider = np.sqrt(max(found.degrees_of_freedom, 1) / freedom)
+    return float(wider * student.ppf(_HALF, freedom) / norm.ppf(_HALF))
 
 
 def is_stated(found: _core.Identification, measured: _core.Measurements) -> bool:
     """Do columns say what the noise is, and enough?"""
     return all(of.claims_sigma for of in measured.observations) and not any(found.common_noise)
+
+
+def _identified(start: Robot, data: Dataset, asked: list[int], loss: str, threads: int) -> _core.Identification:
+    """The frame and what was touched, from a start."""
+    core, samples, measured = start.error_model, start.samples(data), measurements(data, start)
+    return _core.identify(
+        core,
+        samples,
+        measured,
+        asked=asked,
+        unknowns=_unknowns(core, samples, measured),
+        loss=loss,
+        practical_limit=_FAR,
+        threads=threads,
+    )
+
+
+def _with_radius(
+    start: Robot, data: Dataset, found: _core.Identification, asked: list[int], loss: str, threads: int
+) -> tuple[tuple[float, float], FloatArray, _core.Identification]:
+    """A sphere's radius and its deviation, what it adds to the covariance of the fit's free ones, and the fit with it.
+
+    With the fit's whitened residuals r and derivative J, and c = dr/dradius, the step is -m.r / m.m and the variance
+    1 / m.m, m being what J leaves of c; the others go along by -J^+ c.
+
+    Raises:
+        InvalidInput: No sphere was touched, or spheres of several radii.
+        Undetermined: The touches do not show a radius beside the tool.
+    """
+    if data.distance is None or len(np.unique(data.distance)) > 1:
+        raise InvalidInput(
+            f"{data.source}: expected touches of spheres, anchor and one distance_mm, about their radius"
+        )
+    radius = float(data.distance[0])
+    for _ in range(_ROUNDS):
+        near, more = (_near(start, data, radius + step, found, threads) for step in (0.0, _STEP))
+        r, J = np.asarray(near.r), np.asarray(near.J)[:, list(found.free)]
+        c = (np.asarray(more.r) - r) / _STEP
+        along, _, rank, _ = np.linalg.lstsq(J / (size := np.linalg.norm(J, axis=0)), c, rcond=None)
+        m = c - J @ (along / size)
+        if rank < J.shape[1] or not np.linalg.norm(m) > LOST * np.linalg.norm(c) or len(r) <= J.shape[1] + 1:
+            raise Undetermined(f"{data.source}: the touches do not show a radius; touch the sphere from more sides")
+        step = -float(m @ r) / float(m @ m)
+        radius += step
+        found = _identified(start, replace(data, distance=np.full(len(data), radius)), asked, loss, threads)
+        if abs(step) < _AT_REST:
+            break
+    others = -along / size
+    return (radius, float(1 / np.linalg.norm(m))), np.outer(others, others) / float(m @ m), found
+
+
+def _near(start: Robot, data: Dataset, radius: float, found: _core.Identification, threads: int) -> _core.Linearization:
+    """The touches of spheres of a radius, whitened, where a fit is."""
+    measured = measurements(replace(data, distance=np.full(len(data), radius)), start)
+    noise = [0.0 if of.claims_sigma else s for of, s in zip(measured.observations, found.sigma, strict=True)]
+    return _core.linearize(start.error_model, start.samples(data), measured, found.theta, noise, threads)
 
 
 def _left(
@@ -223,105 +275,6 @@ def _unknowns(core: _core.ErrorModel, samples: _core.Samples, measured: _core.Me
         return np.asarray(_core.start_unknowns(core, samples, measured))
     except InvalidInput as error:
         raise Undetermined(str(error)) from None
-
-
-def _starts(robot: Robot, data: Dataset, what: What, measured: _core.Measurements) -> list[Robot]:
-    """The robot with the frame that is asked for about where the readings put it; on a sphere one of several is."""
-    flange = robot.poses(data) @ inverse(robot.T_flange_tool)
-    if what != "tool":
-        base = inverse(robot.T_world_base)
-        return [robot.with_(base=frame_spec(_rigid((base @ robot.poses(data))[:, :3, 3], data)))]
-    tools = _by_points(flange, data)
-    if not len(tools):
-        tools = _by_plane(flange, data)
-    if not len(tools):
-        if not measured.shows_tool:
-            kinds = ", ".join(kind.plural for kind in in_order({of_observation(of) for of in measured.observations}))
-            raise InvalidInput(f"{data.source}: {kinds} do not show a tool")
-        return [robot]
-    return [robot.with_(tool=frame_spec(pose(robot.T_flange_tool[:3, :3], tool))) for tool in tools]
-
-
-def _by_points(flange: FloatArray, data: Dataset) -> FloatArray:
-    """(k, 3) tools from rows that are, nearly, at one point of each label, and from measured points.
-
-    Touches of a sphere are at its centre but for its radius r: the tool is within r of what they say.
-    """
-    groups = [rows for label in _POINT_LIKE for rows in _labelled(data, label)]
-    size = 3 + 3 * len(groups)
-    rows, right = [], []
-    for k, group in enumerate(groups):
-        part = np.zeros((len(group), 3, size))
-        part[:, :, :3] = flange[group, :3, :3]
-        part[:, :, 3 + 3 * k : 6 + 3 * k] = -np.eye(3)
-        rows.append(part.reshape(-1, size))
-        right.append(-flange[group, :3, 3].ravel())
-    if data.position is not None:
-        whole = ~np.isnan(data.position).any(axis=1)
-        part = np.zeros((int(whole.sum()), 3, size))
-        part[:, :, :3] = flange[whole, :3, :3]
-        rows.append(part.reshape(-1, size))
-        right.append((data.position[whole] - flange[whole, :3, 3]).ravel())
-    if not rows:
-        return np.zeros((0, 3))
-    found, _, _, _ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=_LOST)
-    radius = 0.0 if data.distance is None else float(np.nanmedian(data.distance))
-    around = np.array(list(product((-1, 0, 1), repeat=3))) if radius else np.zeros((1, 3))
-    return np.asarray(found[:3] + radius * around)
-
-
-def _by_plane(flange: FloatArray, data: Dataset) -> FloatArray:
-    """(k, 3) the tool from touches of the plane that has most: least squares for each of many normals."""
-    groups = _labelled(data, "plane")
-    if not groups:
-        return np.zeros((0, 3))
-    T = flange[max(groups, key=len)]
-    k = np.arange(_NORMALS) + 0.5
-    z, turn = 1.0 - k / _NORMALS, np.pi * (1.0 + np.sqrt(5.0)) * k  # a spiral of equal areas
-    normals = np.column_stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z])
-    best, tool = np.inf, np.zeros(3)
-    for n in normals:
-        A = np.column_stack([T[:, :3, :3].transpose(0, 2, 1) @ n, -np.ones(len(T))])
-        found, _, _, _ = np.linalg.lstsq(A, -T[:, :3, 3] @ n, rcond=_LOST)
-        left = float(np.linalg.norm(A @ found + T[:, :3, 3] @ n))
-        if left < best:
-            best, tool = left, found[:3]
-    return np.array([tool])
-
-
-def _labelled(data: Dataset, label: str) -> list[NDArray[np.intp]]:
-    codes, names = data.label_codes(label)
-    return [np.flatnonzero(codes == k) for k in range(len(names))] if len(codes) else []
-
-
-def _rigid(p: FloatArray, data: Dataset) -> FloatArray:
-    """(4, 4) T with x_i = T p_i of points (N, 3) and the measured ones, of which NaN coordinates are not known.
-
-    Three whole points by the singular vectors of their moments (Arun, Huang and Blostein, 1987); else the origin's
-    point, one on the x axis and one in the plane of x and y.
-    """
-    x, source = np.full((len(data), 3), np.nan) if data.position is None else data.position, data.source
-    whole = ~np.isnan(x).any(axis=1)
-    if whole.sum() >= 3:
-        a, b = p[whole], x[whole]
-        u, _, vt = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
-        R = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-        return pose(R, b.mean(axis=0) - R @ a.mean(axis=0))
-    on_axis = np.isnan(x[:, 0]) & ~np.isnan(x[:, 1:]).any(axis=1)
-    in_plane = np.isnan(x[:, :2]).all(axis=1) & ~np.isnan(x[:, 2])
-    if not (whole.any() and on_axis.any() and in_plane.any()):
-        raise Undetermined(
-            f"{source}: expected three points with x, y and z, or the origin (0, 0, 0), one on the x axis (x empty) "
-            "and one in the plane of x and y (x and y empty)"
-        )
-    first, second, third = (p[mask][0] for mask in (whole, on_axis, in_plane))
-    e_x, across = second - first, third - first
-    e_z = np.cross(e_x, across)
-    if not np.linalg.norm(e_z) > _LOST * np.linalg.norm(e_x) * np.linalg.norm(across):
-        raise Undetermined(f"{source}: the three points lie on one line, about which the frame may turn")
-    e_x, e_z = e_x / np.linalg.norm(e_x), e_z / np.linalg.norm(e_z)
-    R = np.array([e_x, np.cross(e_z, e_x), e_z])
-    return pose(R, x[whole][0] - R @ first)
 
 
 def _check(found: _core.Identification, data: Dataset, robot: Robot, what: What, asked: list[int]) -> None:

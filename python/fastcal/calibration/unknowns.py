@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.effects.entries import full_name
 from fastcal.errors import Undetermined
@@ -18,7 +19,6 @@ from fastcal.robot.identified_spec import Solution
 from fastcal.robot.rig import about_found
 from fastcal.robot.robot import Robot
 
-FloatArray = NDArray[np.float64]
 CORNERS = "corner"  # the kind of reading whose unknowns a model keeps
 
 

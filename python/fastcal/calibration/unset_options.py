@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.change_point import find_step
 from fastcal.calibration.geometry_anchoring import pull_deviations
 from fastcal.calibration.heat_lag import find_lag
@@ -26,8 +26,6 @@ from fastcal.place import source_of
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 _MOMENT, _MOMENT_BY_ROW = "at_s", "at_row"
 _POSITION, _POSITION_OF_SLIDER = "at_deg", "at_mm"

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.problem import CalibrationProblem
-
-FloatArray = NDArray[np.float64]
 
 MOST_ROWS = 5000  # of more, no parameter takes a share that counts
 _RANK = 1e-13

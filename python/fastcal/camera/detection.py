@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.calibration.processes import workers
 from fastcal.camera.finding import Seen, find_board
@@ -24,7 +23,6 @@ from fastcal.io.regular_file import read_bytes
 from fastcal.io.table import Table
 from fastcal.robot.rig import Seeing, has_rig
 
-FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 

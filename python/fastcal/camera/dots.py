@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.camera.grids import flat_mm, numbered, whole
 from fastcal.robot.rig import board_corners
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 _LEAST_AREA = 20.0  # square pixels of a dot

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.camera.dots import find_circles, find_points
 from fastcal.camera.grids import flat_mm, numbered, whole
 from fastcal.camera.opencv import charuco, dictionary, opencv
 from fastcal.robot.rig import board_corners
 
-FloatArray = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 _SIDE = 1280  # pixels of the larger side in which boards are looked for first

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.robot.rig import board_corners
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 

@@ -8,14 +8,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.camera.opencv import charuco, dictionary, opencv
 from fastcal.errors import InvalidInput
 from fastcal.robot.rig import SQUARES, board_corners
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 Pattern = Callable[[FloatArray, FloatArray], FloatArray]
 
 _DOT = 0.25  # radius of a circle, of the distance between two

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.camera.patterns import pattern
 from fastcal.robot.rig import lens_numbers
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 _STEP = 4  # pixels between the rays that are found

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -53,36 +54,58 @@ def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
     return out
 
 
-def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes: float | None) -> dict[str, Any]:
-    """Priors as keyword arguments of the core's `identify`.
+@dataclass(frozen=True, eq=False)
+class Priors:
+    """What is known beforehand of the tree's parameters and the unknowns behind them, SI.
+
+    Attributes:
+        mean, sigma: (T,) what each is, and within which standard deviation; infinite where it is free.
+        geometry: (T,) which are held as the arms' geometry.
+    """
+
+    mean: FloatArray
+    sigma: FloatArray
+    geometry: NDArray[np.bool_]
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """As keyword arguments of the core's `identify`."""
+        return {"prior_mean": self.mean, "prior_sigma": self.sigma} if np.isfinite(self.sigma).any() else {}
+
+
+def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes: float | None) -> Priors:
+    """What is known of a cell before its readings.
 
     Args:
         cell: Says within what the places of its members are known.
-        unknowns: Of what was read, behind the parameters.
         asked: The parameters that are identified.
+        unknowns: Of what was read, behind the parameters.
         sizes: Hold the geometry of the arms within so many plausible sizes of where it is; None: not at all.
     """
     core = cell.core
-    parameters, mean = core.parameters, np.asarray(cell.model.start)
-    sigma = np.full(len(mean), np.inf)
+    mean = np.asarray(cell.model.start)
+    plausible = np.array([parameter.sigma for parameter in core.parameters])
+    sigma, geometry = np.full(len(mean), np.inf), np.zeros(len(mean), dtype=bool)
     for branch in core.branches:
         known = cell.known(branch.name)
-        first = branch.first_parameter
+        first, behind = branch.first_parameter, branch.first_parameter + _OF_A_PLACE
         if sizes is not None:  # what no reading shows of a place must not wander to where the held geometry fits better
-            for i in range(first, first + _OF_A_PLACE):
-                sigma[i] = WEAK * parameters[i].sigma
+            sigma[first:behind] = WEAK * plausible[first:behind]
+            if branch.joint_count:
+                geometry[behind : first + branch.parameter_count - _OF_A_PLACE] = True
         if known.sigma_mm is not None:
             sigma[first : first + 3] = to_si(known.sigma_mm, "mm")
         if known.sigma_deg is not None:
-            sigma[first + 3 : first + 6] = to_si(known.sigma_deg, "deg")
-        if sizes is not None and branch.joint_count:
-            for i in range(first + _OF_A_PLACE, first + branch.parameter_count - 6):
-                sigma[i] = sizes * parameters[i].sigma
+            sigma[first + 3 : behind] = to_si(known.sigma_deg, "deg")
     chosen = np.zeros(len(mean), dtype=bool)
     chosen[asked] = True
+    geometry &= chosen
+    sigma[geometry] = (sizes or np.inf) * plausible[geometry[: len(plausible)]]
     sigma[~chosen] = np.inf
-    mean, sigma = np.append(mean, np.zeros(len(unknowns))), np.append(sigma, known_within(cell, unknowns))
-    return {"prior_mean": mean, "prior_sigma": sigma} if np.isfinite(sigma).any() else {}
+    none = np.zeros(len(unknowns))
+    return Priors(
+        np.append(mean, none), np.append(sigma, known_within(cell, unknowns)), np.pad(geometry, (0, len(unknowns)))
+    )
 
 
 def _frames_between(core: _core.RobotModel, views: list[str]) -> set[int]:

@@ -16,14 +16,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.cells.readings import Readings
 from fastcal.measurements.kinds import POINTS, KindNoise
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 SURE = 2.5
 _FEWEST = 12  # rows: the deviations of fewer are known too coarsely to weigh by

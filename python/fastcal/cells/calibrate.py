@@ -13,30 +13,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.data_notes import unseen_directions
 from fastcal.calibration.kind_errors import KindErrors
-from fastcal.calibration.kind_noise import noise_by_kind
+from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
-from fastcal.calibration.unknowns import unknowns_found
+from fastcal.calibration.unknowns import CORNERS, unknowns_found
 from fastcal.cells.asked import asked_parameters, priors
 from fastcal.cells.axis_noise import noise_of_axes, with_axis_noise
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
+from fastcal.cells.evidence import SharedNoise, settled
 from fastcal.cells.placements import Placement, placements
 from fastcal.cells.readings import Readings
-from fastcal.cells.records import way_records
+from fastcal.cells.records import JOINTS, cell_record, way_records
 from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
 from fastcal.cells.start import started
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.kinds import KindNoise
+from fastcal.monitoring.picture_check import NUMBERS
+from fastcal.robot.identified_spec import Solution
+from fastcal.robot.rig import pictures
 from fastcal.units import factor, from_si
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-HOLDS = (None, 3.0, 1.0, 0.3)  # of the geometry, in plausible sizes: what predicts held-out postures best is taken
-_FOLDS = 5
 _ENOUGH = 10  # numbers a parameter: with more the geometry is left free without a look
+_HELD = "the geometry is held within {:.2g} plausible sizes of what the files say, as the readings make most likely"
+_WIDE = 3.0  # plausible sizes within which the geometry is held before the readings say how much
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +56,8 @@ class CellResult:
         train, test: Errors of each kind of reading, before and after.
         views, test_views: Errors of each view, such as `position@smr:camera`, `corner@BOARD:CAMERA`.
         outliers: Rows whose error the noise does not explain.
+        shared: What all corners of a picture share, and how far the geometry may be off; None where it was not asked.
+        moved: Of an update, what has moved since the calibration; None of a calibration.
     """
 
     cell: Cell
@@ -67,8 +74,14 @@ class CellResult:
     views: dict[str, KindErrors]
     test: dict[str, KindErrors] | None = None
     test_views: dict[str, KindErrors] | None = None
-    held: str = ""
+    shared: SharedNoise | None = None
+    moved: list[str] | None = None
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def held(self) -> str:
+        """By how much the geometry is held, in words."""
+        return "" if self.shared is None or self.shared.held is None else _HELD.format(self.shared.held)
 
     @cached_property
     def placements(self) -> list[Placement]:
@@ -92,7 +105,9 @@ class CellResult:
             "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "degrees_of_freedom": self.degrees_of_freedom,
             "outliers": self.outliers,
+            "joints_repeat_deg": None if self.shared is None else from_si(self.shared.repeats, "deg"),
             "held": self.held,
+            **({} if self.moved is None else {"method": "update", "moved": self.moved}),
             "notes": self.notes,
         }
 
@@ -109,8 +124,8 @@ def calibrate_cell(
 ) -> CellResult:
     """Identifies the geometry of all arms of a cell and where its members stand.
 
-    Where the postures are few for the parameters, the geometry is held near what the files say, by as much as
-    predicts held-out postures best.
+    Where the postures are few for the parameters, the geometry is held near what the files say, by as much as the
+    readings make most likely. Corners of a picture err together as the joints repeat, which is found with it.
 
     Args:
         cell: As its file says, or an identified one as a new start.
@@ -132,34 +147,45 @@ def calibrate_cell(
     start, used, wrong = started(cell, readings)
     places = rig_start(start, used)
     asked = asked_parameters(start, readings)
-    sizes = None
-    has_geometry = not all(arm.of_poses for arm in start.arms)
-    if has_geometry and _numbers_of(start, used) < _ENOUGH * len(asked):
-        report("choosing how much the geometry is held")
-        sizes = _chosen_hold(start, used, asked, places, loss, threads)
+    few = _numbers_of(start, used) < _ENOUGH * len(asked)
+    has_joints = not all(arm.of_poses for arm in start.arms)
+    sizes = _WIDE if few and has_joints else None
     report("identifying")
     found = _identified(start, used, asked, places, sizes, loss, threads)
     measured = used.measured(start)
-    model = _there(start, measured, found)
+    solution: Solution = found
+    model = there(start, measured, found)
     noise = noise_by_kind(measured, found)
     kept = np.setdiff1d(np.arange(len(used)), found.outliers)
     weighed, by_axis = with_axis_noise(used, view_errors(model, used.pick(kept)))
     if by_axis and found.status == "converged":
         found = _identified(start, weighed, asked, places, sizes, loss, threads)
         measured = weighed.measured(start)
-        model = _there(start, measured, found)
+        solution, model = found, there(start, measured, found)
         noise = noise_of_axes(noise, weighed, by_axis)
+    shared = None
+    if has_joints and (few or CORNERS in used.tables) and found.status == "converged":
+        report("weighing what the joints repeat to")
+        known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
+        solution, shared = settled(start, weighed.pick(kept), found, known, threads)
+        model = there(start, measured, solution)
     model = replace(model, records=way_records(model, readings, threads))
+    names = [full_name(parameter) for parameter in found.parameters]
+    if found.status == "converged":
+        own = len(start.model.start)
+        kinds = record_of(noise, shared)
+        record = cell_record(solution, measured, found.parameters[:own], kinds, found.degrees_of_freedom)
+        unseen, directions = unseen_directions(found, names[:own])
+        model = replace(model, record=replace(record, moved=unseen, directions=directions).to_spec())
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
     before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))
-    names = [full_name(parameter) for parameter in found.parameters]
     return CellResult(
         cell=model,
         nominal=before,
         status=found.status,
         message=found.message,
-        parameters=parameter_table(found, np.asarray(start.model.start)),
+        parameters=parameter_table(solution, found.parameters, np.asarray(start.model.start)),
         unidentifiable=[
             Unidentifiable(text, [names[i] for i in parts])
             for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
@@ -172,10 +198,7 @@ def calibrate_cell(
         views=view_errors(model, readings, before),
         test=None if test is None else kind_errors(model, test, before),
         test_views=None if test is None else view_errors(model, test, before),
-        held=""
-        if sizes is None
-        else f"the geometry is held within {sizes:g} plausible sizes of what the files say, which predicts held-out "
-        "postures best",
+        shared=shared,
         notes=list(readings.notes),
     )
 
@@ -186,52 +209,45 @@ def _identified(
     measured = readings.measured(cell)
     given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
     given["unknowns"] = places.of(measured.parameters)
-    given |= priors(cell, asked, measured.parameters, sizes)
+    given |= priors(cell, asked, measured.parameters, sizes).options
     return _core.identify(cell.model, readings.samples(), measured, **given)
 
 
-def _there(cell: Cell, measured: _core.Measurements, found: _core.Identification) -> Cell:
+def there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:
     """The cell as it was identified."""
     unknowns = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
     return cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, *unknowns)
 
 
-def _chosen_hold(
-    cell: Cell, readings: Readings, asked: list[int], places: RigStart, loss: str, threads: int
-) -> float | None:
-    """Of HOLDS the one whose held-out postures are predicted best: every fifth is held out in turn."""
-    fold_of = np.arange(len(readings)) % _FOLDS
-
-    def cost(sizes: float | None) -> float:
-        errors: dict[str, list[FloatArray]] = {}
-        for fold in range(_FOLDS):
-            used = readings.pick(np.flatnonzero(fold_of != fold))
-            found = _identified(cell, used, asked, places, sizes, loss, threads)
-            if found.status == "too_few_equations":
-                return float("inf")
-            there = _there(cell, used.measured(cell), found)
-            for name, of in kind_errors(there, readings.pick(np.flatnonzero(fold_of == fold))).items():
-                errors.setdefault(name, []).append(of.after[~np.isnan(of.after)])
-        return float(sum(np.log(np.median(np.concatenate(of)) + 1e-300) for of in errors.values()))
-
-    return min(HOLDS, key=cost)
+def record_of(noise: dict[str, KindNoise], shared: SharedNoise | None) -> dict[str, tuple[float, str]]:
+    """The noise of each kind as a record has it, and what joints repeat to."""
+    if shared is None:
+        return noise_record(noise)
+    return noise_record(scaled(noise, shared.scale)) | {JOINTS: (from_si(shared.repeats, "deg"), "deg")}
 
 
 def _numbers_of(cell: Cell, readings: Readings) -> int:
-    """Measured numbers, three of an orientation."""
+    """What was measured: three numbers of an orientation, and of all corners of a picture the six of its posture."""
     out = 0
     for name, values in readings.tables.items():
-        if not name.startswith("sigma"):
-            known = ~np.isnan(values)
-            out += 3 * int(known.all(axis=1).sum()) if name.startswith("rotation") else int(known.sum())
+        known = ~np.isnan(values)
+        if name.startswith("rotation"):
+            out += 3 * int(known.all(axis=1).sum())
+        elif name == CORNERS:
+            seen = [known[:, 2 * of.start : 2 * of.stop].sum(axis=1) for of in pictures(cell).values()]
+            out += int(np.minimum(seen, NUMBERS).sum())
+        elif not name.startswith("sigma"):
+            out += int(known.sum())
     return out
 
 
-def parameter_table(found: _core.Identification, nominal: FloatArray) -> list[IdentifiedParameter]:
+def parameter_table(
+    found: Solution, parameters: list[_core.Parameter], nominal: FloatArray
+) -> list[IdentifiedParameter]:
     """Identified numbers in edge units; those of cameras and boards are changes of what the file has."""
     nominal = np.append(nominal, np.zeros(len(found.theta) - len(nominal)))
     theta, deviations = np.asarray(found.theta), np.sqrt(np.diag(found.covariance))
-    parameters, out = found.parameters, []
+    out = []
     for i, deviation in zip(found.free, deviations.tolist(), strict=True):
         parameter = parameters[i]
         unit = edge_unit(parameter, geometry=True)

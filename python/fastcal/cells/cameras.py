@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.result import IdentifiedParameter
 from fastcal.cells.cell import Cell
 from fastcal.errors import InvalidInput
@@ -17,7 +17,6 @@ from fastcal.robot.hand_eye import HandEye, deviations
 from fastcal.robot.robot_spec import Spec
 from fastcal.units import to_si
 
-FloatArray = NDArray[np.float64]
 _PLACE = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 
 

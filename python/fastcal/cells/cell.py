@@ -105,6 +105,7 @@ class Cell:
         cameras, boards: By their names, as a robot's spec has them; `on` names a frame of the tree.
         records: Of each way from the world to a target how surely its numbers are known, by the target: a
             `calibration` block as a robot's spec has it.
+        record: The same of all parameters of the tree, its cameras and boards together; None where it is not known.
     """
 
     name: str
@@ -114,6 +115,7 @@ class Cell:
     cameras: Mapping[str, Spec] = field(default_factory=dict)
     boards: Mapping[str, Spec] = field(default_factory=dict)
     records: Mapping[str, Spec] = field(default_factory=dict)
+    record: Spec | None = None
 
     def arm(self, name: str) -> Arm:
         """The arm of this name."""

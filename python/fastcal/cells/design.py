@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.cells.asked import asked_parameters
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
@@ -25,8 +26,6 @@ from fastcal.design.poses import SIGMA
 from fastcal.design.search import Search
 from fastcal.effects.entries import full_name
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 _CANDIDATES = 4000
 _SAMPLE = 1000  # candidates by which the gauge is chosen

@@ -8,17 +8,15 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.kind_errors import KindErrors, table
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.measurements.kinds import Kind, of_observation
 from fastcal.robot.rig import pictures
-
-FloatArray = NDArray[np.float64]
 
 
 def kind_errors(after: Cell, readings: Readings, before: Cell | None = None) -> dict[str, KindErrors]:

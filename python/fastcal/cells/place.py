@@ -151,7 +151,7 @@ def _placed(cell: Cell, readings: Readings, names: list[str], axis: str | None, 
         asked=asked,
         loss="huber",
         threads=threads,
-        **priors(cell, asked, [], None),
+        **priors(cell, asked, [], None).options,
     )
     if found.status == "too_few_equations" or found.degrees_of_freedom < 1:
         raise Undetermined(f"{readings.source}: {len(readings)} postures are too few to place {', '.join(names)}")
@@ -169,7 +169,7 @@ def _placed(cell: Cell, readings: Readings, names: list[str], axis: str | None, 
         of_ratio = (values["error"]["value"], values["error"]["std"])
     table = [
         of if of.std is None else replace(of, std=scale * of.std)
-        for of in parameter_table(found, np.asarray(model.start))
+        for of in parameter_table(found, found.parameters, np.asarray(model.start))
     ]
     members = [of for of in placements(out, table) if of.name in names]
     return PlacedMembers(
@@ -215,6 +215,7 @@ def _known_within(cell: Cell, members: list[Placement]) -> Cell:
         cell,
         arms=tuple(replace(of, known=found.get(of.name, of.known)) for of in cell.arms),
         points=tuple(replace(of, known=found.get(of.name, of.known)) for of in cell.points),
+        record=None,  # what was known of all together was with these members elsewhere
     )
 
 

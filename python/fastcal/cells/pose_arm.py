@@ -11,12 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 POSE = "pose"  # in place of a robot file
 PARTS = ("x", "y", "z", "qw", "qx", "qy", "qz")  # columns of an arm's pose, after its name and a dot

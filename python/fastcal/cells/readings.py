@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell, Distance
 from fastcal.robot.rig import pictures
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,17 +8,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.prediction import quaternions
 from fastcal.cells.cell import Cell
 from fastcal.cells.paths import possible_ways
 from fastcal.cells.readings import Readings
 from fastcal.errors import FastcalError, InvalidInput
 from fastcal.robot.se3 import rotations_by
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

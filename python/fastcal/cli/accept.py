@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.console import emit, progress, say, tell, warn
 from fastcal.cli.options import DwellS, PageLanguage, SpeedPercent, file_names, three_numbers
 from fastcal.cli.who import Who
 
@@ -207,10 +207,7 @@ def _judge(
         found = accepted(robot, measured, plan=visits, budget=known, **options)
         write_acceptance(found, output, language=language)
     warn([*measured.notes, *found.notes])
-    for line in acceptance_lines(found, file_names(data)):
-        say(line)
-    say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, acceptance_lines(found, file_names(data)), output)
     return found
 
 

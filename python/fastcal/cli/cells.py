@@ -14,6 +14,7 @@ from fastcal.cli.console import CANNOT_TELL, CHANGED, NOT_CONVERGED, emit, fail,
 
 if TYPE_CHECKING:
     from fastcal.calibration.kind_errors import KindErrors
+    from fastcal.cells.calibrate import CellResult
 
 
 def calibrate_cell(
@@ -65,11 +66,7 @@ def calibrate_cell(
         _say_kinds(found.test, "test: ")
     if hand_eye and found.parameters:
         write(cell_hand_eyes(found.cell, found.parameters), hand_eye)
-    say(str(output / "report.html"))
-    emit(found.to_json_dict())
-    if found.status != "converged":
-        fail(f"{found.status.replace('_', ' ')}: {found.message}; model.yaml is not to be relied on")
-        raise typer.Exit(NOT_CONVERGED)
+    _end(found, output)
 
 
 def diagnose_cell(
@@ -175,6 +172,40 @@ def check_cell(
         raise typer.Exit(CHANGED)
 
 
+def update_cell(
+    model: str,
+    data: list[Path],
+    corners: Path | None,
+    output: Path,
+    threads: int,
+    language: str,
+    given: Mapping[str, Any],
+) -> None:
+    """Brings a cell up to date; files as of `calibrate_cell`, `given` too."""
+    from fastcal.cells.update import update_cell as updated
+    from fastcal.importers.corners import load_seen_readings
+    from fastcal.io.folder import check_folder
+    from fastcal.io.tree_file import load_cell
+    from fastcal.report.cell_report import CALIBRATION_FILES, write_cell_calibration
+
+    check_folder(output, CALIBRATION_FILES)
+    refuse(given)
+    cell = load_cell(model)
+    readings = load_seen_readings(_one(data), cell, corners)
+    with progress() as show:
+        show("bringing the cell up to date")
+        found = updated(cell, readings, threads=threads)
+        show("writing the report")
+        write_cell_calibration(found, output, language=language)
+    warn(readings.notes)
+    moved = ", ".join(found.moved or []) or "nothing"
+    say(f"{found.status.replace('_', ' ')}: {len(readings)} postures; {moved} moved")
+    if found.outliers:
+        say(f"rows left out: {', '.join(map(str, found.outliers))}")
+    _say_kinds(found.train, "")
+    _end(found, output)
+
+
 def evaluate_cell(model: str, data: list[Path], corners: Path | None, output: Path | None) -> None:
     """Compares a cell with readings of other postures."""
     from fastcal.cells.errors import kind_errors, kinds_json
@@ -192,6 +223,14 @@ def evaluate_cell(model: str, data: list[Path], corners: Path | None, output: Pa
     warn(readings.notes)
     _say_kinds(kinds, f"{cell.name}: ")
     emit(content)
+
+
+def _end(found: CellResult, output: Path) -> None:
+    say(str(output / "report.html"))
+    emit(found.to_json_dict())
+    if found.status != "converged":
+        fail(f"{found.status.replace('_', ' ')}: {found.message}; model.yaml is not to be relied on")
+        raise typer.Exit(NOT_CONVERGED)
 
 
 def _say_kinds(kinds: Mapping[str, KindErrors], title: str) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fastcal.cli.console import CANNOT_TELL, CHANGED, emit, progress, say, warn
+from fastcal.cli.console import CANNOT_TELL, CHANGED, emit, progress, say, tell, warn
 from fastcal.cli.options import AsRead, BesideLanguage, Corners, DwellS, PageLanguage, SpeedPercent, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
@@ -147,8 +147,7 @@ def _check_pictures(robot: Robot, data: list[Path], corners: Path, output: Path 
     if output is not None:
         write_json(output, found.to_json_dict())
     warn(found.notes)
-    say(found.sentence)
-    emit(found.to_json_dict())
+    tell(found, [found.sentence])
     if found.verdict == "changed":
         raise typer.Exit(CHANGED)
 
@@ -157,9 +156,7 @@ def say_check(found: CheckResult) -> None:
     """The verdict in a few lines."""
     from fastcal.report.summaries import summary
 
-    for line in summary(found):
-        say(line)
-    emit(found.to_json_dict())
+    tell(found, summary(found))
 
 
 def _check_arms(folder: str, output: Path | None, options: dict[str, Any], language: str) -> None:
@@ -175,11 +172,7 @@ def _check_arms(folder: str, output: Path | None, options: dict[str, Any], langu
         found = check_arms(folder, progress=show, **options)
     if output is not None:
         write_arm_checks(found, output, language=language)
-    for line in summary(found):
-        say(line)
-    if output is not None:
-        say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, summary(found), output)
     if found.of("changed"):
         raise typer.Exit(CHANGED)
     if found.of("cannot_tell", "unchecked"):

@@ -9,7 +9,8 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any, Literal, Protocol
 
 import typer
 
@@ -41,6 +42,22 @@ def emit(content: Mapping[str, Any]) -> None:
         from fastcal.io.results import json_text
 
         typer.echo(json_text(content), nl=False)
+
+
+class Result(Protocol):
+    """What a command found."""
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """All of it."""
+
+
+def tell(found: Result, lines: Iterable[str], output: Path | None = None) -> None:
+    """A result: a few lines and the path of its report, where one was written; or all of it as JSON."""
+    for line in lines:
+        say(line)
+    if output is not None:
+        say(str(output / "report.html"))
+    emit(found.to_json_dict())
 
 
 def warn(warnings: Iterable[str]) -> None:

@@ -160,8 +160,7 @@ def _measured(nominal: Robot, true: Robot, rows: int, outlier_share: float, seed
         payload=random.choice(PAYLOADS_KG, rows),
         seed=int(random.integers(2**32)),
     )
-    assert data.position is not None  # noqa: S101 - simulate always measures points
     gross = random.choice(rows, round(outlier_share * rows), replace=False)
-    position = data.position.copy()
+    position = data.points.copy()
     position[gross] += to_si(OUTLIER_MM, "mm") * random.standard_normal((len(gross), 3))
     return replace(data, position=position)

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.simulation import perturbed
 from fastcal.camera.opencv import opencv
 from fastcal.camera.rendering import render
@@ -29,8 +29,6 @@ from fastcal.robot.rig import board_corners
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import inverse
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 ARM = "ur5e"
 HEAD = "Written by fastcal demo: a simulated arm, no real one was measured."

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fastcal.cli.console import NOT_CONVERGED, emit, progress, say, warn
+from fastcal.cli.console import NOT_CONVERGED, progress, tell, warn
 from fastcal.cli.options import (
     AsRead,
     Corners,
@@ -102,7 +102,4 @@ def say_diagnosis(found: Diagnosis, output: Path) -> None:
     """The verdict in a few lines; the last is the report's path."""
     from fastcal.report.summaries import summary
 
-    for line in summary(found):
-        say(line)
-    say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, summary(found), output)

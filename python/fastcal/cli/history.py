@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.console import progress, tell, warn
 from fastcal.cli.options import PageLanguage
 
 ALARM = 4
@@ -43,10 +43,6 @@ def history(
     if output is not None:
         write_history(found, output, language=page_language)
     warn(found.notes)
-    for line in summary(found):
-        say(line)
-    if output is not None:
-        say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, summary(found), output)
     if any(arm.state in ("changed", "alarm") for arm in found.arms):
         raise typer.Exit(ALARM)

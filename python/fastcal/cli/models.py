@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fastcal.cli.console import emit, progress, say, warn
+from fastcal.cli.console import emit, progress, say, tell, warn
 from fastcal.cli.options import Corners, DataFiles, ModelFile, OutFile, Threads, file_names
 
 if TYPE_CHECKING:
@@ -116,6 +116,4 @@ def say_evaluation(found: Evaluation, title: str) -> None:
     """The figures of `evaluate` in a few lines."""
     from fastcal.report.summaries import evaluation_lines
 
-    for line in evaluation_lines(found, title):
-        say(line)
-    emit(found.to_json_dict())
+    tell(found, evaluation_lines(found, title))

@@ -32,21 +32,27 @@ def place(
         str,
         typer.Option(metavar="NAME,...", help="In a cell: the members that are placed. Of a part: what it is called."),
     ] = "",
+    find_radius: Annotated[
+        bool, typer.Option("--find-radius", help="Find the radius of touched spheres too, near what distance_mm says.")
+    ] = False,
     threads: Threads = 1,
 ) -> None:
     """Find a tool, a base, a part or an axis from a few touches.
 
     The arm's geometry is trusted and stays. The file is ROBOT with what was found; a part is written into a cell.
     """
+    from fastcal.errors import InvalidInput
     from fastcal.io.tree_file import is_cell
 
+    if find_radius and (is_cell(robot) or what != "tool"):
+        raise InvalidInput("--find-radius is for a tool of one arm that touched a sphere")
     if is_cell(robot):
         _in_cell(robot, data, output, what, name, threads)
     else:
-        _of_arm(robot, data, output, what, name, threads)
+        _of_arm(robot, data, output, what, name, find_radius, threads)
 
 
-def _of_arm(robot: str, data: list[Path], output: Path, what: What, name: str, threads: int) -> None:
+def _of_arm(robot: str, data: list[Path], output: Path, what: What, name: str, find_radius: bool, threads: int) -> None:
     """With one arm."""
     from fastcal.calibration.touches import find_place, with_place
     from fastcal.cells.cell import Arm, Cell, Known, Point
@@ -64,7 +70,7 @@ def _of_arm(robot: str, data: list[Path], output: Path, what: What, name: str, t
     rows = Dataset.concatenate([load_measurements(file, arm) for file in data])
     with progress() as show:
         show(f"finding the {what}")
-        found = find_place(arm, rows, what, threads=threads)
+        found = find_place(arm, rows, what, find_radius=find_radius, threads=threads)
     words = _sentence(found)
     if what == "part":
         known = Known(False, *(_mean(std) for std in found.std))
@@ -110,9 +116,14 @@ def _in_cell(cell: str, data: list[Path], output: Path, what: What, name: str, t
 
 
 def _sentence(found: FoundPlace) -> str:
+    from fastcal.units import from_si
+
     std_mm, std_deg = found.std
     words = f"{found.what} {_place(found.place['xyz_mm'], std_mm, found.place['rpy_deg'], std_deg)}"
     noise = ", ".join(str(of) for of in found.noise.values())
+    if found.radius is not None:
+        radius, std = (from_si(value, "mm") for value in found.radius)
+        words += f", radius of the sphere {radius:.3f} +- {std:.3f} mm"
     return f"{words}; from {found.count} touches, noise of one {noise}"
 
 

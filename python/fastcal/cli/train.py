@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from fastcal.networks import TrainingResult
 
 FILES = ("model.yaml", "model.safetensors", f"model-{'[0-9a-f]' * 16}.safetensors", "training.json")
-# As fastcal.networks has them; written out here so that `fastcal --help` need not load it.
-Network = Literal["mlp", "bso-mlp", "somm", "ca-somm", "ga-dnn", "gp"]
 
 
 def train(
     model: ModelFile,
     data: DataFiles,
     output: OutFolder,
-    network: Annotated[Network, typer.Option(help="What to train.")] = "mlp",
+    network: Annotated[
+        str, typer.Option(metavar="NAME", help="What to train: mlp, gp, or one of fastcal-studies or another package.")
+    ] = "mlp",
     rivals: Annotated[
         str, typer.Option(metavar="LIST", help="What it must beat, of gp, knn, boosting, joint-profiles; or none.")
     ] = "gp,knn,boosting,joint-profiles",

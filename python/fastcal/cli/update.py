@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fastcal.cli.console import NOT_CONVERGED, emit, fail, progress, say, warn
+from fastcal.cli.console import NOT_CONVERGED, fail, progress, tell, warn
 from fastcal.cli.options import AsRead, Corners, DataFiles, ModelFile, OutFolder, PageLanguage, Threads
 from fastcal.cli.tracker import Tracker, seen_by
 from fastcal.cli.who import Who
@@ -34,13 +34,19 @@ def update(
     Twelve new poses do, before an instrument that was set up again, or a few pictures; what the model knows is kept as
     far as it holds.
     """
+    from fastcal.cli.cells import not_given, update_cell
     from fastcal.importers import load_measurements
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
     from fastcal.monitoring.update import update as updated
     from fastcal.report.monitoring_files import UPDATE_FILES, write_update
     from fastcal.report.summaries import summary
 
+    if is_cell(model):
+        only_of_arms = {"--as-read": (as_read, False), "--tracker": (tracker, None), **not_given(who)}
+        update_cell(model, data, corners, output, threads, page_language, only_of_arms)
+        return
     check_folder(output, UPDATE_FILES)
     robot = load_robot(model)
     if corners is not None:
@@ -53,10 +59,7 @@ def update(
         show("writing the report")
         write_update(found, output, language=page_language)
     warn(found.notes)
-    for line in summary(found):
-        say(line)
-    say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, summary(found), output)
     if found.status != "converged":
         fail("the update has not converged: measure more poses, or calibrate again")
         raise typer.Exit(NOT_CONVERGED)
@@ -68,19 +71,15 @@ def _update_pictures(
     """By a few pictures of a cell."""
     from fastcal.importers.corners import load_seen
     from fastcal.monitoring.picture_update import update_pictures
-    from fastcal.report.picture_update_report import write_picture_update
+    from fastcal.report.monitoring_files import write_update
 
     with progress() as show:
         show("bringing the model up to date")
         found = update_pictures(robot, load_seen(data, robot, corners), who=who, threads=threads)
         show("writing the report")
-        write_picture_update(found, output, language=language)
+        write_update(found, output, language=language)
     warn(found.notes)
-    say(found.sentence)
-    for of in found.cameras:
-        say(of.sentence)
-    say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, [found.sentence, *(of.sentence for of in found.cameras)], output)
     if found.status != "converged":
         fail("the pictures are not explained by what may have moved: take more pictures, or calibrate again")
         raise typer.Exit(NOT_CONVERGED)
@@ -119,8 +118,4 @@ def compare(
     if output is not None:
         write_comparison(found, output, language=page_language)
     warn(found.notes)
-    for line in summary(found):
-        say(line)
-    if output is not None:
-        say(str(output / "report.html"))
-    emit(found.to_json_dict())
+    tell(found, summary(found), output)

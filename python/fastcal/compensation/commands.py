@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.prediction import correction_notes
 from fastcal.compensation import motion
@@ -26,8 +27,6 @@ from fastcal.measurements.targets import Targets, targets_of
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 METHODS = ("full", "one-step")
 _MOST_LISTED = 5  # rows of a kind that get a sentence of their own

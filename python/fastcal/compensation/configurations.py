@@ -7,14 +7,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fastcal.arrays import FloatArray
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs.program import Language, Move, Target
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _TURN = 2 * np.pi
 _SEEDS = 256  # quasi-random postures, from which all (at most eight) solutions of a pose are found

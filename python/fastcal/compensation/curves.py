@@ -7,12 +7,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 _COLLINEAR = 1e-6  # sine of the angle at the middle point below which three points give no circle
 

@@ -15,12 +15,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.compensation.curves import between
 from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 NEAR = 0.2  # rad, or reaches: a row that a joint needs to move by less for can't be in another configuration
 _STEP = 0.1  # of the same, between two poses on the way

@@ -13,14 +13,12 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.effects.entries import MOVE, conditions_read, label, own_columns
 from fastcal.measurements.last_moves import directions, last_moves
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 MOST_ROUNDS = 20
 _NO_MOVE = 1e-8  # [rad or m], ten times what the solver leaves: such a move is none, and has no direction

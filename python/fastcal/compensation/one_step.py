@@ -13,12 +13,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _RANK = 1e-6  # of the largest singular value: below it a direction is singular and left alone
 

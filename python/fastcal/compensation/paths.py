@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.compensation.commands import compensate
 from fastcal.compensation.curves import arc, between
 from fastcal.compensation.following import follow
@@ -30,7 +31,6 @@ from fastcal.robot.robot import Robot
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-FloatArray = NDArray[np.float64]
 
 KINDS = ("line", "arc")
 _ROUNDING = 1e-9  # of a step: ten of them that were written and read again are ten still

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.compensation.commands import METHODS, notes_on_ranges
 from fastcal.compensation.configurations import Configurations, at_axes
 from fastcal.compensation.motion import at_rest
@@ -36,8 +36,6 @@ from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.steady import steady
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 _REACHED = 1e-7  # m, and entries of a rotation
 _SAME_POSTURE = 1e-3  # rad or m

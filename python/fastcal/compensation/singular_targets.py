@@ -12,12 +12,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.compensation.one_step import pose_errors
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 # Of the largest singular value: about 4 degrees from a singular wrist; the others are left alone.
 SINGULAR_SHARE = 0.03

@@ -11,6 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from fastcal import units
+from fastcal.arrays import FloatArray
 from fastcal.conversion.chain import Body, Chain, Spec, chain_of, frame_of, si
 from fastcal.conversion.rows import dh_rows, mdh_rows
 from fastcal.effects.entries import traits_of
@@ -18,7 +19,6 @@ from fastcal.errors import InvalidInput
 from fastcal.place import joint_name
 from fastcal.robot import se3
 from fastcal.robot.loops import has_branches
-from fastcal.robot.se3 import Array
 
 KINDS = ("dh", "mdh", "poe", "urdf")
 
@@ -49,7 +49,7 @@ class _Geometry(NamedTuple):
 
     joints: list[Spec]
     ends: Spec
-    base: Array
+    base: FloatArray
 
 
 def convert(robot: HasSpec | Spec, to: str, drop_effects: bool = False) -> Conversion:
@@ -133,7 +133,7 @@ def _urdf(chain: Chain, spec: Spec, to: str) -> _Geometry:
     return _Geometry(joints, {"flange": _frame(se3.inverse(T) @ chain.home)}, np.eye(4))
 
 
-def _joint(old: Spec, shape: Spec, body: Body | None, frame: Array) -> Spec:
+def _joint(old: Spec, shape: Spec, body: Body | None, frame: FloatArray) -> Spec:
     """Type, shape, limits, gear and the body seen from `frame`, in the order of the canonical form."""
     unit = "deg" if old["type"] == "revolute" else "mm"
     kept = {key: old[key] for key in (f"min_{unit}", f"max_{unit}", "motor_ratio", "mimic") if key in old}
@@ -178,15 +178,15 @@ def _notes(spec: Spec, geometry: _Geometry) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _is_identity(T: Array) -> bool:
+def _is_identity(T: FloatArray) -> bool:
     return bool(np.array_equal(T, np.eye(4)))
 
 
-def _frame(T: Array) -> Spec:
+def _frame(T: FloatArray) -> Spec:
     return {"xyz_mm": _list(T[:3, 3], "mm"), "rpy_deg": _list(se3.rotation_to_rpy(T[:3, :3]), "deg")}
 
 
-def _list(values: Array, unit: str) -> list[float]:
+def _list(values: FloatArray, unit: str) -> list[float]:
     return [_edge(value, unit) for value in values]
 
 

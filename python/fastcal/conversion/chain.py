@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from fastcal import units
+from fastcal.arrays import FloatArray
 from fastcal.robot import se3
-from fastcal.robot.se3 import Array
 
 Spec = dict[str, Any]
 
@@ -26,10 +26,10 @@ class Body:
     """A rigid body in some frame: mass [kg], centre (3,) [m], inertia (3, 3) about it [kg m^2] or None: not given."""
 
     mass: float
-    com: Array
-    inertia: Array | None
+    com: FloatArray
+    inertia: FloatArray | None
 
-    def moved(self, T: Array) -> Body:
+    def moved(self, T: FloatArray) -> Body:
         """The same body seen from the frame in which its present frame is at T."""
         R = T[:3, :3]
         inertia = None if self.inertia is None else R @ self.inertia @ R.T
@@ -49,24 +49,24 @@ class Chain:
     """
 
     revolute: tuple[bool, ...]
-    omega: Array
-    v: Array
-    home: Array
+    omega: FloatArray
+    v: FloatArray
+    home: FloatArray
     bodies: tuple[Body | None, ...]
 
-    def forward(self, q: Array) -> Array:
+    def forward(self, q: FloatArray) -> FloatArray:
         """T_base_flange (N, 4, 4) of joint positions q (N, n), rad and m; no effects."""
         T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
         for i in range(len(self.revolute)):
             T = T @ se3.screw_motion(self.omega[i], self.v[i], q[:, i])
         return T @ self.home
 
-    def direction(self, joint: int) -> Array:
+    def direction(self, joint: int) -> FloatArray:
         """Unit vector along the axis of a joint (counted from 0)."""
-        direction: Array = self.omega[joint] if self.revolute[joint] else self.v[joint]
+        direction: FloatArray = self.omega[joint] if self.revolute[joint] else self.v[joint]
         return direction
 
-    def point(self, joint: int) -> Array | None:
+    def point(self, joint: int) -> FloatArray | None:
         """The point of a turning joint's axis that is nearest to the base; None: a slide has no place."""
         return np.cross(self.omega[joint], self.v[joint]) if self.revolute[joint] else None
 
@@ -89,7 +89,7 @@ def chain_of(spec: Spec) -> Chain:
     return Chain(tuple(revolute), np.array(omegas), np.array(vs), home, tuple(bodies))
 
 
-def frame_of(frame: Spec) -> Array:
+def frame_of(frame: Spec) -> FloatArray:
     """T of {xyz_mm, rpy_deg}."""
     return se3.pose(se3.rpy_to_rotation(si(frame["rpy_deg"], "deg")), si(frame["xyz_mm"], "mm"))
 
@@ -106,13 +106,13 @@ def body_of(joint: Spec) -> Body | None:
     return Body(link["mass_kg"], si(link["com_mm"], "mm"), inertia)
 
 
-def si(values: list[float], unit: str) -> Array:
+def si(values: list[float], unit: str) -> FloatArray:
     """A list of a spec as an SI array."""
     return units.to_si(np.array(values, dtype=float), unit)
 
 
 # Each of the following gives, joint after joint at q = 0, a frame with z on the joint's axis and the frame of its link.
-_Steps = list[tuple[Array, Array]]
+_Steps = list[tuple[FloatArray, FloatArray]]
 
 
 def _table(spec: Spec) -> Iterator[tuple[float, float, float, float, float]]:

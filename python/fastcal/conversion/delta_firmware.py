@@ -20,16 +20,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.robot import se3
 from fastcal.robot.loops import closed_within
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 FIRMWARES = ("klipper", "marlin")
 TOWERS = 3

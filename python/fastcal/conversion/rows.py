@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fastcal.arrays import FloatArray
 from fastcal.conversion.chain import Chain
 from fastcal.robot import se3
-from fastcal.robot.se3 import Array
 
 _EXACT = 1e-13  # [m] and [rad]: below this two lines meet, two directions are one
 _PARALLEL = 1e-3  # sine of an angle at which a measured axis may as well be parallel
@@ -37,10 +37,10 @@ class Rows:
         flange: (4, 4) the flange in the last row's frame.
     """
 
-    rows: Array
-    frames: Array
-    base: Array
-    flange: Array
+    rows: FloatArray
+    frames: FloatArray
+    base: FloatArray
+    flange: FloatArray
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class _Step:
     """How to get from axis i (through o, along z) to the next axis: along z by d, along x (of beta's frame) by a."""
 
     d: float
-    x: Array
+    x: FloatArray
     a: float
     beta: float = 0.0
 
 
-_Form = Callable[[Array, Array, Array], _Step | None]  # of z, u and a point of the next axis seen from o
+_Form = Callable[[FloatArray, FloatArray, FloatArray], _Step | None]  # of z, u and a point of the next axis seen from o
 
 
 def mdh_rows(chain: Chain) -> Rows:
@@ -99,7 +99,7 @@ def dh_rows(chain: Chain) -> Rows:
     return Rows(rows, frames, base, _tidy(se3.inverse(frames[-1]) @ chain.home))
 
 
-def _next_axis(chain: Chain, i: int, x: Array, o: Array, size: float, hayati: _Form) -> _Step:
+def _next_axis(chain: Chain, i: int, x: FloatArray, o: FloatArray, size: float, hayati: _Form) -> _Step:
     """The step from axis i to axis i + 1.
 
     x points so that theta stays within +-90 degrees, and near these, where a small error decides, to the next axis.
@@ -121,7 +121,7 @@ def _next_axis(chain: Chain, i: int, x: Array, o: Array, size: float, hayati: _F
     return _Step(step.d, -step.x, -step.a, -step.beta) if backwards else step
 
 
-def _hayati_mdh(z: Array, u: Array, w: Array) -> _Step | None:
+def _hayati_mdh(z: FloatArray, u: FloatArray, w: FloatArray) -> _Step | None:
     """At d = 0 the next axis is reached along x' = Ry(beta) x, which is perpendicular to it."""
     foot = w - (w @ u) * u
     a = float(np.linalg.norm(foot))
@@ -132,7 +132,7 @@ def _hayati_mdh(z: Array, u: Array, w: Array) -> _Step | None:
     return _Step(0.0, _unit(across), a, math.atan2(-along @ z, float(np.linalg.norm(across))))
 
 
-def _hayati_dh(z: Array, u: Array, w: Array) -> _Step | None:
+def _hayati_dh(z: FloatArray, u: FloatArray, w: FloatArray) -> _Step | None:
     """At d = 0 the next axis pierces the plane across z at a x; beta is what tilts it towards x."""
     pierced = w - (w @ z) / (u @ z) * u
     a = float(np.linalg.norm(pierced))
@@ -142,7 +142,7 @@ def _hayati_dh(z: Array, u: Array, w: Array) -> _Step | None:
     return _Step(0.0, x, a, math.atan2(u @ x, float(np.linalg.norm(u - (u @ x) * x))))
 
 
-def _flange_of_mdh(home: Array, z: Array, o: Array) -> _Step:
+def _flange_of_mdh(home: FloatArray, z: FloatArray, o: FloatArray) -> _Step:
     """The last row: d reaches the foot of the flange's origin on the axis, theta turns x along the flange's x."""
     x = home[:3, 0] - (home[:3, 0] @ z) * z
     if np.linalg.norm(x) < _EXACT:
@@ -150,7 +150,7 @@ def _flange_of_mdh(home: Array, z: Array, o: Array) -> _Step:
     return _Step(float((home[:3, 3] - o) @ z), _unit(x), 0.0)
 
 
-def _zxy_angles(R: Array) -> tuple[float, float, float]:
+def _zxy_angles(R: FloatArray) -> tuple[float, float, float]:
     """Angles of R = Rz(theta) Rx(alpha) Ry(beta), |beta| <= 90 degrees; where alpha is 90, beta is 0."""
     cosine = math.hypot(R[0, 1], R[1, 1])
     theta = math.atan2(-R[0, 1], R[1, 1]) if cosine > _EXACT else math.atan2(R[1, 0], R[0, 0])
@@ -169,14 +169,14 @@ def _fits_dh(chain: Chain) -> bool:
     return bool(np.hypot(u[0], u[1]) < _EXACT and u[2] > 0 and (point is None or np.hypot(point[0], point[1]) < _EXACT))
 
 
-def _mdh_base(chain: Chain) -> Array:
+def _mdh_base(chain: Chain) -> FloatArray:
     """The old base where alpha_0 and a_0 can reach axis 1 from it, else a frame on axis 1."""
     u, point = chain.direction(0), _line_point(chain, 0, np.zeros(3))
     off_x = np.cross([0.0, point[1], point[2]], u)
     return np.eye(4) if abs(u[0]) < _EXACT and np.linalg.norm(off_x) < _EXACT else _on_first_axis(chain)
 
 
-def _on_first_axis(chain: Chain) -> Array:
+def _on_first_axis(chain: Chain) -> FloatArray:
     """A base frame with z along axis 1, near the old one in place and in x."""
     z = chain.direction(0)
     x = np.eye(3)[0] if abs(z[0]) < 1.0 - _PARALLEL else np.eye(3)[1]
@@ -184,7 +184,7 @@ def _on_first_axis(chain: Chain) -> Array:
     return se3.pose(np.column_stack([x, np.cross(z, x), z]), _line_point(chain, 0, np.zeros(3)))
 
 
-def _line_point(chain: Chain, joint: int, o: Array) -> Array:
+def _line_point(chain: Chain, joint: int, o: FloatArray) -> FloatArray:
     """A point of the joint's axis; a slide's axis is put through o, where it costs no length."""
     point = chain.point(joint)
     return o if point is None else point
@@ -196,16 +196,16 @@ def _size(chain: Chain) -> float:
     return max(1e-3, *(float(np.linalg.norm(point)) for point in (*points, chain.home[:3, 3])))
 
 
-def _angle(a: Array, b: Array, about: Array) -> float:
+def _angle(a: FloatArray, b: FloatArray, about: FloatArray) -> float:
     """The angle from a to b about a unit vector perpendicular to both."""
     return math.atan2(np.cross(a, b) @ about, a @ b)
 
 
-def _unit(vector: Array) -> Array:
-    unit: Array = vector / np.linalg.norm(vector)
+def _unit(vector: FloatArray) -> FloatArray:
+    unit: FloatArray = vector / np.linalg.norm(vector)
     return unit
 
 
-def _tidy(T: Array) -> Array:
+def _tidy(T: FloatArray) -> FloatArray:
     """The identity where only rounding keeps T from it."""
     return np.eye(4) if np.abs(T - np.eye(4)).max() < _EXACT else T

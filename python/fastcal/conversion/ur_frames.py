@@ -7,15 +7,15 @@ from __future__ import annotations
 import numpy as np
 
 from fastcal import units
+from fastcal.arrays import FloatArray
 from fastcal.conversion.chain import Spec, frame_of
 from fastcal.errors import InvalidInput
 from fastcal.robot import se3
-from fastcal.robot.se3 import Array
 
 _EXACT = 1e-9
 
 
-def ur_origins(spec: Spec) -> list[Array]:
+def ur_origins(spec: Spec) -> list[FloatArray]:
     """Origins (4, 4) of the joints in the frame of the one before, each turning about its z.
 
     A frame lies behind the theta and d of its row: T_i = Tx(a) Rx(alpha) Ry(beta) of row i - 1, then Tz(d) Rz(theta) of
@@ -27,7 +27,7 @@ def ur_origins(spec: Spec) -> list[Array]:
     Raises:
         InvalidInput: The last row has an a, alpha or beta, or a flange follows it, for which there is no frame.
     """
-    origins: list[Array] = []
+    origins: list[FloatArray] = []
     behind = np.eye(4)
     for joint in spec["joints"]:
         theta, alpha, beta = (units.to_si(joint[f"{name}_deg"], "deg") for name in ("theta", "alpha", "beta"))

@@ -19,8 +19,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.inputs import Inputs
 from fastcal.correction.packing import Packed, Tensors
 from fastcal.errors import InvalidInput
@@ -28,7 +28,6 @@ from fastcal.errors import InvalidInput
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
-FloatArray = NDArray[np.float64]
 
 NEIGHBOUR = 3
 LOAD_SHARE = 0.1  # of the largest trained load: how far beyond the trained ones the weight is 0

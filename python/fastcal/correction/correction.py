@@ -8,14 +8,12 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.applicability import Guard
 from fastcal.correction.experts import Expert
 from fastcal.correction.inputs import Inputs
 from fastcal.correction.uncertainty import Uncertainty
-
-FloatArray = NDArray[np.float64]
 
 
 class Corrected(NamedTuple):

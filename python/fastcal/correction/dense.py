@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.packing import Packed, Tensors, setting
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 ACTIVATIONS: dict[str, Callable[[FloatArray, float], FloatArray]] = {
     "linear": lambda x, slope: x,

@@ -11,13 +11,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.dense import DenseNet
 from fastcal.correction.inputs import Inputs, Scaling
 from fastcal.correction.packing import Packed, Tensors, setting
 from fastcal.correction.trees import Trees
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.packing import Packed, Tensors
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,15 +13,13 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.dense import DenseNet
 from fastcal.correction.experts import Expert, turn_unit_of, widened
 from fastcal.correction.inputs import Inputs
 from fastcal.correction.packing import Packed, Tensors, setting
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

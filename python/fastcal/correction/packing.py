@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 
 class Packed(NamedTuple):

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.packing import Packed, Tensors
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 DEEPEST = 64  # steps from root to leaf; guards against arrays that run in a circle
 

@@ -13,12 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.packing import Packed, Tensors
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.9
 DEVIATIONS = 1.6448536269514722  # of the two-sided interval of LEVEL, normal

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.robot.loops import closed_within
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 MOST = 80_000  # candidates of a grid or a draw: 5^7 = 78,125 of seven joints, 6^6 of six
 

@@ -8,15 +8,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.design.candidates import Candidates, joined
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 SIGMA_TILT = to_si(0.1, "mrad")
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.problem import asked_parameters
 from fastcal.design.candidates import Candidates
 from fastcal.design.instruments import Instruments
@@ -21,8 +21,6 @@ from fastcal.design.readings import Readings
 from fastcal.effects.entries import Spec, full_name, identity
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 KNOWN_TO = 10.0  # plausible sizes, GaugeOptions::practical_limit of the core
 _CHUNK = 8192  # candidates whose full Jacobian is in memory at a time

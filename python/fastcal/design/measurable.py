@@ -9,13 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.design.candidates import MOST, Candidates, postures, with_conditions
 from fastcal.design.instruments import Instruments, touches
 from fastcal.design.planned import approached
 from fastcal.design.surroundings import UNSEEN, Surroundings
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _LEAST_CLEAR = 0.3  # of a grid: of two or three steps a joint most lie at the limits, below an arm
 _DRAWN = 8  # times as many, of which an eighth is clear for the arms that bend lowest

@@ -11,17 +11,15 @@ have of their own and no later pose reads, such as where a wire ends,
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.design.instruments import SIGMA_TILT
 from fastcal.design.linear import KNOWN_TO, LinearProblem
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POSE
 from fastcal.measurements.observations import kind_of, kinds_of, plurals, without_kinds
-
-FloatArray = NDArray[np.float64]
 
 
 def information_of(problem: LinearProblem, data: Dataset) -> tuple[FloatArray, list[str]]:

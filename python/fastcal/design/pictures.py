@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.camera_places import CameraPlace, camera_place, middles_of_boards
 from fastcal.calibration.problem import asked_parameters, shown_ends
@@ -36,8 +37,6 @@ from fastcal.robot.hand_eye import hand_eyes
 from fastcal.robot.rig import PLACEMENT, has_rig, known_within, pictures
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import skew
-
-FloatArray = NDArray[np.float64]
 
 SIGMA_PX = 0.2  # of a corner's coordinate where nothing better is known
 GRID = (8, 6)  # parts across and down of a camera's picture

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.design.candidates import Candidates
 from fastcal.effects import registered
 from fastcal.effects.entries import Spec, conditions_read, identity, label, parse_effects, without_repeats
@@ -18,8 +19,6 @@ from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.targets import Targets
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 def planned_model(

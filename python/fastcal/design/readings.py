@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.other_readings import other_readings
 from fastcal.design.candidates import Candidates
@@ -21,8 +21,6 @@ from fastcal.design.instruments import Instruments
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 class Readings:

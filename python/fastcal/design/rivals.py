@@ -7,16 +7,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.design.candidates import Candidates
 from fastcal.design.linear import LinearProblem
 from fastcal.design.separation import Separation, separating_poses
 from fastcal.effects.entries import Spec, parse_effects
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 def rival_entries(separate: Sequence[str], robot: Robot) -> list[list[Spec]]:

@@ -12,11 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
-
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 _MOST_TRIALS = 8  # designs that are tried on the way to the fewest poses
 

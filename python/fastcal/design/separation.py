@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.01  # of the test that refuses the wrong cause
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
 
-FloatArray = NDArray[np.float64]
 Point = Sequence[float]
 Corners = tuple[Point, Point]
 

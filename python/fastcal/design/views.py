@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.moving_rig import frames_of
 from fastcal.design.candidates import joint_ranges
 from fastcal.errors import InvalidInput
@@ -20,8 +20,6 @@ from fastcal.robot.rig import board_corners, lens_numbers, pictures
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import inverse
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 STEEPEST = to_si(50.0, "deg")  # that a camera looks at a board: farther, corners blur into each other
 _FLANGE, _STILL = "arm", ("world", "arm.base")  # what a camera or board stands on: it moves as the tool does, or not

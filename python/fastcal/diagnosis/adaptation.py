@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.calibration.data_notes import covered
 from fastcal.calibration.error_statistics import ErrorStatistics
 from fastcal.calibration.evaluation import evaluate
@@ -36,9 +36,6 @@ from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.identified_spec import identified_spec
 from fastcal.robot.rig import with_found
 from fastcal.robot.robot import Robot, Spec
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.calibration.tall import moved
 from fastcal.diagnosis import generic
@@ -28,8 +29,6 @@ from fastcal.diagnosis.starting_values import corner_start, values_by_name
 from fastcal.effects.entries import curve_of
 from fastcal.place import joint_name
 from fastcal.robot.robot import Robot, Spec
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

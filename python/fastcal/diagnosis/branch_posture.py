@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import noise_by_observation
 from fastcal.calibration.levers import levers, number_sigma
 from fastcal.diagnosis import rules
@@ -31,8 +32,6 @@ from fastcal.effects.rig_traits import BRANCH_POSTURE
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.loops import parents
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _TURNS = np.geomspace(1e-7, 1e-1, 121)  # t times sigma over which the likelihood is looked at [rad, m]
 

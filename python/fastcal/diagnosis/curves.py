@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
@@ -19,8 +19,6 @@ from fastcal.diagnosis.memory import without_memory
 from fastcal.effects.entries import curve_of
 from fastcal.place import place_of
 from fastcal.robot.robot import Spec
-
-FloatArray = NDArray[np.float64]
 
 # Knots over those of the coarser curve, from which on a finer one is tried.
 FINER = 1.25

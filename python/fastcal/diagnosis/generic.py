@@ -16,15 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import BlockLabel
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_position
-
-FloatArray = NDArray[np.float64]
 
 # Fourier orders of a curve over a turn, and degree of a curve over a load.
 CURVE_ORDERS = 6

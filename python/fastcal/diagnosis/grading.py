@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
-from fastcal.diagnosis import rules
+from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.held_out import folds, gain
 from fastcal.diagnosis.library import SLOW, Hypothesis, is_excluded, load_of_form, other_forms, with_number
 from fastcal.diagnosis.moved_zeros import moved_zeros
@@ -28,7 +28,10 @@ from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names
 from fastcal.place import place_of
 
-FloatArray = NDArray[np.float64]
+# Standard deviations by which two parameters must differ for what sets a name apart from a simpler one.
+CONTRAST = 5.0
+# Share of a signature from which on a block without a name holds it, and is no other shape.
+SAME_SHAPE = 0.98
 
 _SOFT = 0.5  # quantile of a joint's loads at which the search for the width of a soft flank begins
 
@@ -330,7 +333,7 @@ def _richer_needed(
         return True
     one, other = name.traits.contrast
     contrast = np.array([float(p.name == one) - float(p.name == other) for p in parameters])
-    return bool((contrast @ theta) ** 2 > rules.CONTRAST**2 * (contrast @ covariance @ contrast))
+    return bool((contrast @ theta) ** 2 > CONTRAST**2 * (contrast @ covariance @ contrast))
 
 
 def _rivals(search: Search, base: SearchNode, name: Hypothesis) -> tuple[Label, ...]:
@@ -349,7 +352,7 @@ def _rivals(search: Search, base: SearchNode, name: Hypothesis) -> tuple[Label, 
     for i in range(blocks.count, len(statistic)):
         if p[i] < rules.ALPHA_NAMED / search.start.family.named or not _leaves_nothing(search, base, i):
             continue
-        if blocks.tests.shared([best], [i])[0, 0] < rules.SAME_SHAPE:
+        if blocks.tests.shared([best], [i])[0, 0] < SAME_SHAPE:
             out.append(blocks.label(i))
     return tuple(out)
 
@@ -369,7 +372,7 @@ def _stability(search: Search, base: SearchNode, name: Hypothesis) -> float:
     """Share of the folds without which the name still comes first, by the score tests from the set without it."""
     blocks = base.blocks
     statistic = np.asarray(blocks.tests.scores.statistic)[: blocks.count]
-    likely = [int(i) for i in np.argsort(-statistic, kind="stable")[: rules.MAX_CONTENDERS]]
+    likely = [int(i) for i in np.argsort(-statistic, kind="stable")[: unexplained.MAX_CONTENDERS]]
     C = blocks.columns_of(likely)
     A, r, row = base.fit.whitened
     fold = np.where(row >= 0, folds(search.problem)[row], -1)

@@ -16,17 +16,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.robust_rows import studentized_residuals
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 _NU = (3.0, 4.0, 6.0, 10.0, 20.0)
 _ROUNDS, _SETTLED = 100, 1e-6  # of EM for the scale
@@ -69,8 +66,8 @@ class _Rows:
         worth: Twice the log of its likelihood over that of normal noise, each with its own scale.
     """
 
-    at: IntArray
-    count: IntArray
+    at: IndexArray
+    count: IndexArray
     square: FloatArray
     nu: float
     scale: float
@@ -101,7 +98,7 @@ class _Rows:
         return float(np.sqrt(np.sum(w**2 * self.square) * np.sum(d * w)) / np.sum(slope))
 
 
-def _likeliest(square: FloatArray, d: IntArray, nu: float) -> tuple[float, float, float]:
+def _likeliest(square: FloatArray, d: IndexArray, nu: float) -> tuple[float, float, float]:
     """Degrees of freedom, scale and worth, as `_Rows` has them, of t noise with these degrees of freedom."""
     numbers = d.sum()
     scale = normal = float(square.sum() / numbers)

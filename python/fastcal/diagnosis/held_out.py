@@ -34,6 +34,10 @@ from fastcal.place import place_of
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+# Parts of a joint's range that are held out as one, where what errs by its position is judged: rows near each other
+# share what is wrong with them, and many more would leave neighbours of each.
+POSITION_BINS = 40
+
 STRETCHES = "stretches"  # of the order of measuring: an owner of folds
 REGIONS = "regions"  # of the workspace, another one
 _RIDGE = 1e-10  # on unit columns: for those that the others span
@@ -71,8 +75,8 @@ def _regions(data: Dataset) -> NDArray[np.intp]:
     By points where all rows have one, else by joint positions, each in shares of its range.
     """
     at = data.q / np.maximum(np.ptp(data.q, axis=0), np.finfo(np.float64).tiny)
-    if data.position is not None and np.isfinite(data.position).all():
-        at = data.position
+    if np.isfinite(data.points).all():
+        at = data.points
     parts = [np.arange(len(data))]
     while len(parts) < rules.REGIONS and min(map(len, parts)) >= 2 * rules.MIN_REGION_ROWS:
         halves: list[NDArray[np.intp]] = []
@@ -97,7 +101,7 @@ def last_stretch(data: Dataset) -> BoolArray:
 def positions(data: Dataset, owner: str) -> NDArray[np.intp]:
     """(N,) position of a joint as one of POSITION_BINS, in each row."""
     joint = place_of(owner).index
-    return place_groups(data.q[:, [joint]], rules.POSITION_BINS)
+    return place_groups(data.q[:, [joint]], POSITION_BINS)
 
 
 class HeldOut:

@@ -11,9 +11,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import CauseLabel
@@ -36,7 +36,6 @@ from fastcal.place import place_of, source_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 Key = tuple[str, str]
 Exclusion = tuple[str, str | None]  # an effect and its owner; None: all of them
 

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.arrays import IndexArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.pose_folds import measuring_place
 from fastcal.diagnosis import rules
@@ -26,8 +26,6 @@ from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
-IntArray = NDArray[np.intp]
-
 # Measured numbers that names are searched for in, 6,000 rows of positions or 3,000 of poses; where there are more, what
 # was found is fitted to all of them. An effect of which these show nothing (SNR 6) moves the tool by less than a
 # twentieth of the noise. A limit of memory: columns of all that an arm of six joints may lack take 180 MB.
@@ -36,7 +34,7 @@ _STRETCH = 20  # rows
 MOST_OF_PICTURES = 24  # numbers of a row that stand for its corners: six a picture
 
 
-def searched_rows(data: Dataset, robot: Robot) -> IntArray | None:
+def searched_rows(data: Dataset, robot: Robot) -> IndexArray | None:
     """Measured rows that names are searched for in, about SEARCHED_NUMBERS of numbers; None: in all of them."""
     rows = np.flatnonzero(data.measured)
     numbers = [min(len(of.components), MOST_OF_PICTURES) for of in measurements(data, robot).observations]
@@ -49,7 +47,7 @@ def searched_rows(data: Dataset, robot: Robot) -> IntArray | None:
     return np.unique(np.concatenate([chosen, rows[_extremes(data.select(rows))]]))
 
 
-def _extremes(data: Dataset) -> IntArray:
+def _extremes(data: Dataset) -> IndexArray:
     """Rows with the least and largest value of each column, and the first row of each label."""
     numbers = [data.q, data.payload, data.time, data.temperature, data.position, data.move, *data.sensors.values()]
     columns = np.column_stack([column for column in numbers if column is not None])
@@ -85,7 +83,7 @@ def on_all_rows(at: Fit, data: Dataset) -> Problem:
     return replace(every, used=used)
 
 
-def all_moved(moved: Sequence[int], data: Dataset, rows: IntArray | None) -> list[int]:
+def all_moved(moved: Sequence[int], data: Dataset, rows: IndexArray | None) -> list[int]:
     """Measured rows of `data` from the first to the last of those that moved, which are of the searched `rows`."""
     if not moved:
         return []

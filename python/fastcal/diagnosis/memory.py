@@ -13,9 +13,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.columns import without_nil
 from fastcal.calibration.pose_folds import along_a_path, measuring_place
 from fastcal.calibration.serial_correlation import DEVIATIONS, neighbour_correlation
@@ -24,15 +24,12 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Problem
 from fastcal.said import joined, said
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-
 # Successive poses nearer than this share of the distance of poses half the set apart are a path, as a grid is measured:
 # what is missing is alike in successive rows too, and only plain correlation counts as memory.
 NEAR_STEPS = 0.6
 
 
-def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> float:
+def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IndexArray, wrong: IndexArray) -> float:
     """Correlation of neighbours in what a model leaves; 0 where white noise would do.
 
     Args:
@@ -54,7 +51,7 @@ def memory(problem: Problem, X: FloatArray, r: FloatArray, row: IntArray, wrong:
     return neighbour_correlation(columns, r[order], places, count, deviations, beside_fit=beside_fit) or 0.0
 
 
-def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> FloatArray:
+def without_memory(problem: Problem, values: FloatArray, row: IndexArray) -> FloatArray:
     """Numbers (m, ...) of measured rows, decorrelated; the same where the noise has no memory."""
     if problem.noise.memory == 0:
         return values
@@ -76,12 +73,12 @@ def without_memory(problem: Problem, values: FloatArray, row: IntArray) -> Float
     return out
 
 
-def log_determinant(problem: Problem, row: IntArray) -> float:
+def log_determinant(problem: Problem, row: IndexArray) -> float:
     """Of the correlation of numbers of measured rows: what white noise of the same size lacks in -2 log likelihood."""
     return 0.0 if problem.noise.memory == 0 else float(np.sum(np.log1p(-(_followed(problem, row)[1] ** 2))))
 
 
-def _followed(problem: Problem, row: IntArray) -> tuple[IntArray, FloatArray]:
+def _followed(problem: Problem, row: IndexArray) -> tuple[IndexArray, FloatArray]:
     """(m,) the number that each follows on, and its correlation with that, 0 where it begins again.
 
     A row that holds as many numbers as the one before it follows on that one; any other starts again.
@@ -93,7 +90,7 @@ def _followed(problem: Problem, row: IntArray) -> tuple[IntArray, FloatArray]:
     return known[key]
 
 
-def _succession(problem: Problem, row: IntArray) -> tuple[IntArray, FloatArray]:
+def _succession(problem: Problem, row: IndexArray) -> tuple[IndexArray, FloatArray]:
     """`_followed`, worked out."""
     place = measuring_place(problem.data)[problem.rows]
     first = np.searchsorted(row, np.arange(len(place)))

@@ -13,8 +13,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis, effect_has_moment, order_of_rows
 from fastcal.diagnosis.memory import without_memory
@@ -26,8 +26,6 @@ from fastcal.place import joint_name
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import SearchNode
-
-FloatArray = NDArray[np.float64]
 
 
 def moved_zeros(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:

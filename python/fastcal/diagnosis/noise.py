@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
@@ -23,9 +23,6 @@ from fastcal.diagnosis.slow_motion import SlowMotion, SlowMotions, slow_motions
 from fastcal.measurements.dataset import Dataset
 from fastcal.said import said
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 # Rows, one measured after the other, that are no outliers if all of them are off: of 5 % outliers so many come in a row
 # in one of a thousand sets.
@@ -102,12 +99,12 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     return replace(found, used=used), replace(level, noise=found.noise, note=note)
 
 
-def left_out(wrong: IntArray, gross: IntArray, data: Dataset) -> IntArray:
+def left_out(wrong: IndexArray, gross: IndexArray, data: Dataset) -> IndexArray:
     """Rows that no fit should hold: those of `wrong` that stand alone, and `gross` ones but for those of a posture."""
     return np.union1d(isolated_rows(wrong, data), sharing_no_posture(gross, data))
 
 
-def sharing_no_posture(gross: IntArray, data: Dataset) -> IntArray:
+def sharing_no_posture(gross: IndexArray, data: Dataset) -> IndexArray:
     """Those of the rows `gross` that no effect explains, wherever they stand: they would bend everything else.
 
     Rows that share a posture though they were measured at different times may lie on a bump that the rich model has no
@@ -117,7 +114,7 @@ def sharing_no_posture(gross: IntArray, data: Dataset) -> IntArray:
     return gross if shared is None else np.setdiff1d(gross, shared[1])
 
 
-def shared_posture(wrong: IntArray, data: Dataset) -> tuple[int, IntArray] | None:
+def shared_posture(wrong: IndexArray, data: Dataset) -> tuple[int, IndexArray] | None:
     """The joint of whose way rows among `wrong` share a small part, by more than chance, and these rows; or None.
 
     Rows of a run share one wherever successive poses are near: they do not count.
@@ -128,7 +125,7 @@ def shared_posture(wrong: IntArray, data: Dataset) -> tuple[int, IntArray] | Non
     return None if joint is None else (joint, alone)
 
 
-def isolated_rows(wrong: IntArray, data: Dataset) -> IntArray:
+def isolated_rows(wrong: IndexArray, data: Dataset) -> IndexArray:
     """Those of the rows `wrong` that do not stand in a run of OUTLIER_RUN or more, one measured after the other.
 
     Where every row of a stretch of time is off, something moved: that is an effect and no outliers. Nor are there any
@@ -158,7 +155,7 @@ def row_run_notes(data: Dataset, outliers: Sequence[int], error: FloatArray) -> 
     ]
 
 
-def _shared_note(joint: int, rows: IntArray) -> str:
+def _shared_note(joint: int, rows: IndexArray) -> str:
     return (
         f"rows {', '.join(map(str, rows))} are far off and share a small part of the way of joint {joint + 1}, which "
         "outliers do not: something is wrong there that too few poses show to say more"
@@ -177,7 +174,7 @@ def _how_far(error: FloatArray) -> str:
     return f"lie {shift:.2g} mm off together, as if something had been moved and put back"
 
 
-def moved_together(slow: Sequence[SlowMotion], data: Dataset) -> IntArray:
+def moved_together(slow: Sequence[SlowMotion], data: Dataset) -> IndexArray:
     """Rows of the blocks among the motions, where nothing but when they were measured sets them apart.
 
     What a posture, a payload or a direction of approach sets apart may be an effect.
@@ -189,7 +186,7 @@ def moved_together(slow: Sequence[SlowMotion], data: Dataset) -> IntArray:
     return np.concatenate([np.zeros(0, dtype=np.intp), *blocks])
 
 
-def _runs(wrong: IntArray, data: Dataset) -> list[IntArray]:
+def _runs(wrong: IndexArray, data: Dataset) -> list[IndexArray]:
     """Runs with OUTLIER_RUN of the rows `wrong` and more without a gap; a run goes on over single rows that fit."""
     order = np.argsort(data.time, kind="stable") if data.time is not None else np.arange(len(data))
     is_wrong = np.isin(order, wrong)
@@ -200,7 +197,7 @@ def _runs(wrong: IntArray, data: Dataset) -> list[IntArray]:
     return [order[run] for run in runs if OUTLIER_RUN in np.convolve(is_wrong[run], np.ones(OUTLIER_RUN))]
 
 
-def _joint_of_shared_range(wrong: IntArray, q: FloatArray) -> int | None:
+def _joint_of_shared_range(wrong: IndexArray, q: FloatArray) -> int | None:
     """The joint where OUTLIER_RUN rows or more lie within so small a part of its way as in one of a thousand by chance.
 
     k rows drawn from N lie in a window that holds a share f of them with a chance of k f^(k - 1) at most.

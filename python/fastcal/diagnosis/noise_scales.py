@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import Noise, Problem
@@ -23,8 +24,6 @@ from fastcal.diagnosis.robust_rows import RichFit
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindNoise, in_order, of_observation
 from fastcal.measurements.observations import kind_of, sigma_field
-
-FloatArray = NDArray[np.float64]
 
 # Relative change of a kind's noise that ends its estimate.
 SCALE_CHANGE = 0.03

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from math import comb, log
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fastcal.diagnosis import rules
+from fastcal.arrays import FloatArray
+from fastcal.diagnosis import periodic, rules
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.periodic import is_periodic, scan
@@ -24,8 +24,6 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.place import place_of
 from fastcal.surrogate.evidence import Beside
 from fastcal.surrogate.features import features
-
-FloatArray = NDArray[np.float64]
 
 
 def waves_of_one_curve(search: Search, state: SearchNode) -> tuple[str, SearchNode] | None:
@@ -76,7 +74,7 @@ def is_one_curve(search: Search, state: SearchNode, waves: Sequence[Hypothesis])
         return beside.weigh(columns / np.sqrt(np.mean(turn**2))).evidence
 
     tried = {name.cause for name in search.problem.names if name.owner == owner and is_periodic(name)}
-    choices = comb(len(tried), len(waves) - scanned) * (2 * rules.MAX_ORDER * float(np.ptp(q)) / np.pi) ** scanned
+    choices = comb(len(tried), len(waves) - scanned) * (2 * periodic.MAX_ORDER * float(np.ptp(q)) / np.pi) ** scanned
     of_waves = evidence(np.column_stack([_functions(name, q) for name in waves])) - 2 * log(choices)
     scales = rules.CURVE_SCALES
     of_curve = max(evidence(_smooth(q, scale)) for scale in scales) - 2 * log(len(scales))

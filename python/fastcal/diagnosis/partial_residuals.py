@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis.blocks import Blocks
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import core_entry
@@ -29,8 +29,6 @@ from fastcal.robot.robot import Spec
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Finding
     from fastcal.measurements.dataset import Dataset
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
@@ -31,7 +32,16 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.problem import Problem
     from fastcal.diagnosis.search import SearchNode
 
-FloatArray = NDArray[np.float64]
+
+# Chi square by which a wave of any other order must fit worse for grade A, up to FINEST_ORDER: five standard
+# deviations. Over a grid of positions other orders are the same wave, to the last digit.
+OTHER_ORDER_LOSS = 25.0
+# Highest order of which each is scored [cycles a turn]; finer ones the periodogram looks for.
+MAX_ORDER = 40.0
+# Share of the mean square of held-out rows that many waves may leave to be the cause.
+MAX_WAVES_SHARE = 0.5
+# Share of the likeliest name's worth that each that a scan adds must have: the others are its shadows.
+SCANNED_SHARE = 0.5
 
 # Highest order that the periodogram looks for [cycles a turn]: motor turns behind usual reductions, interpolation of
 # encoders.
@@ -59,7 +69,7 @@ def is_periodic(name: Hypothesis) -> bool:
 
 def fine_looks(problem: Problem, name: Hypothesis) -> float:
     """How many orders of all joints were looked at before a wave beyond MAX_ORDER was found; 0 of any other name."""
-    if not is_periodic(name) or float(name.entry.get("order", 0.0)) <= rules.MAX_ORDER:
+    if not is_periodic(name) or float(name.entry.get("order", 0.0)) <= MAX_ORDER:
         return 0.0
     joint = place_of(name.owner).index
     return float(len(_spaced(float(np.ptp(problem.kept.q[:, joint])), FINEST_WAVE)) * problem.kept.q.shape[1])
@@ -95,7 +105,7 @@ def _orders(state: SearchNode, *, fine_alone: bool) -> Callable[[int], list[floa
         scored = scores_of[joint]
         if fine_alone:
             return _fine_orders(state, joint, scored)
-        orders = _spaced(span, rules.MAX_ORDER)
+        orders = _spaced(span, MAX_ORDER)
         scores = scored(orders)
         trials = len(orders) * len(kinds) / 2
         peaks = _peaks(orders, np.asarray(scores.statistic), np.asarray(scores.rank), problem.noise.freedom, trials)
@@ -121,7 +131,7 @@ def _fine_orders(
     q, turn = at.problem.kept.q[:, joint], state.blocks.frames[joint_name(joint)][:, 0]
     span = float(np.ptp(q))
     orders = _spaced(span, FINEST_WAVE)
-    orders = orders[orders > rules.MAX_ORDER]
+    orders = orders[orders > MAX_ORDER]
     if len(orders) < 3:
         return []
     row = at.whitened[2]
@@ -145,7 +155,7 @@ def _fine_orders(
         p = p_values(statistic / unexplained, np.asarray(scores.rank), at.problem.noise.freedom)[0]
         if p * trials < rules.ALPHA_WAVE and statistic[0] > above:
             found[order] = float(statistic[0])
-    return [order for order, value in found.items() if value > rules.SCANNED_SHARE * max(found.values())]
+    return [order for order, value in found.items() if value > SCANNED_SHARE * max(found.values())]
 
 
 def _periodogram(q: FloatArray, along: FloatArray, orders: FloatArray) -> FloatArray:
@@ -208,7 +218,7 @@ def orders_alike(base: SearchNode, name: Hypothesis) -> tuple[float, ...]:
             width = float(near[1] - near[0])
         return float(statistic.max()), order
 
-    enough = best(own)[0] - rules.OTHER_ORDER_LOSS
+    enough = best(own)[0] - OTHER_ORDER_LOSS
     parts = np.array_split(orders, max(1, len(orders) // _ORDERS_AT_ONCE))
     statistic = np.concatenate([np.asarray(scored(part).statistic) for part in parts])
     inner = np.r_[-np.inf, statistic, -np.inf]
@@ -256,7 +266,7 @@ def many_waves(start: SearchNode, most: int) -> list[int]:
     if len(first) <= most or not set(first) <= set(periodic):
         return []
     chosen = forward(start, periodic, MAX_WAVES)
-    return chosen if _held_out_share(start, chosen) <= rules.MAX_WAVES_SHARE else []
+    return chosen if _held_out_share(start, chosen) <= MAX_WAVES_SHARE else []
 
 
 def forward(state: SearchNode, among: list[int], most: int) -> list[int]:

@@ -20,19 +20,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, optimize
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.levers import levers
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.rig import pictures
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 NUMBERS = 6  # of a picture
 _LEAST, _MOST = 1e-7, 1e-1  # k [rad / px]
@@ -48,9 +45,9 @@ class Postures:
         number: (m',) which number of its row it is taken for.
     """
 
-    parts: list[tuple[IntArray, FloatArray]]
-    row: IntArray
-    number: IntArray
+    parts: list[tuple[IndexArray, FloatArray]]
+    row: IndexArray
+    number: IndexArray
 
     def of(self, values: FloatArray) -> FloatArray:
         """(m', ...) of numbers (m, ...)."""
@@ -60,10 +57,10 @@ class Postures:
 @dataclass(frozen=True, eq=False)
 class _Row:
     row: int
-    own: IntArray  # its numbers
+    own: IndexArray  # its numbers
     Q: FloatArray  # (numbers, k)
     G: FloatArray  # (k, joints)
-    number: IntArray  # (k,)
+    number: IndexArray  # (k,)
 
 
 def posture_rows(

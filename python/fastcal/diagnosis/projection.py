@@ -12,15 +12,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 from scipy.linalg import lapack
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.tall import gram, inner, over, times
-
-FloatArray = NDArray[np.float64]
 
 _RANK = 1e-9  # of A, columns scaled to length 1
 _EPSILON = float(np.finfo(np.float64).eps)

@@ -9,9 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fastcal.arrays import FloatArray
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.diagnosis import words
 from fastcal.diagnosis.columns import columns_of
@@ -30,7 +28,6 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.plan import SeparatingPlan
     from fastcal.diagnosis.search import Search, SearchNode
 
-FloatArray = NDArray[np.float64]
 
 VERDICTS = ("none", "named", "one_of", "several", "unexplained")
 

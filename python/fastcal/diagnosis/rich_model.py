@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.columns import unit_columns
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, Columns, blocks, columns_at
@@ -26,8 +26,8 @@ from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit, without_outliers
 from fastcal.diagnosis.slow_motion import SlowMotion, is_in_time
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
+# Gain of BIC that each block must bring that enters the rich model first (odds of 1 : 22 000).
+CLEAR_BLOCK_BIC = 20.0
 
 # Columns of the rich model at most, as many as a thousand numbers have: more cost time and show no more.
 RICH_MODEL_COLUMNS = 350
@@ -59,7 +59,7 @@ class RichModel:
     left: RichFit
 
     @classmethod
-    def of(cls, at: Fit, begun: IntArray | None = None, slow: Sequence[SlowMotion] = ()) -> RichModel:
+    def of(cls, at: Fit, begun: IndexArray | None = None, slow: Sequence[SlowMotion] = ()) -> RichModel:
         """The rich model at a fit; `begun` as in `without_outliers`."""
         offered = columns_at(at)
         tested = blocks(at, offered)
@@ -143,7 +143,7 @@ def _rich_columns(tested: Blocks, offered: Columns, *, at_rest: bool = False) ->
     return unit_columns(*columns)
 
 
-def _clear(blocks: Blocks, among: IntArray | None = None) -> list[int]:
+def _clear(blocks: Blocks, among: IndexArray | None = None) -> list[int]:
     """Blocks in the order in which each explains most for its functions beyond those before it, while that is clear.
 
     They come first: a missing effect must not pass for noise because the model was full before its turn. `among`: of
@@ -155,7 +155,7 @@ def _clear(blocks: Blocks, among: IntArray | None = None) -> list[int]:
         left = blocks.tests.given(added)
         worth = blocks.worth(np.asarray(left.statistic)[among], np.asarray(left.rank)[among], among)
         best = int(np.argmax(worth))
-        if worth[best] < rules.CLEAR_BLOCK_BIC:
+        if worth[best] < CLEAR_BLOCK_BIC:
             break
         added.append(int(among[best]))
     return added

@@ -22,9 +22,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis
@@ -36,8 +36,6 @@ from fastcal.diagnosis.rig_steps import joint_steps, placement_steps
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.rig import has_rig
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _ROUNDS = 4  # of setting a cause's numbers and fitting again
 _SETTLED = 0.05  # standard deviations

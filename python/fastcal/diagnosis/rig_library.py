@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.effects.rig_traits import (
     BOARD_BEND,
     BOARD_SCALE,
@@ -22,8 +22,6 @@ from fastcal.effects.rig_traits import (
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.rig import BEND, lens_numbers
 from fastcal.robot.robot import Robot, Spec
-
-FloatArray = NDArray[np.float64]
 
 SAG = tuple(f"{axis}_mm_by_g{of}" for axis in "xyz" for of in "xyz")
 SAG += tuple(f"r{axis}_deg_by_g{of}" for axis in "xyz" for of in "xyz")

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.levers import levers
 from fastcal.calibration.problem import CalibrationProblem, prepare
@@ -23,9 +23,6 @@ from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.rig_library import RigCause
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 _K = (1e-7, 1e-1)  # bounds of k [rad / px]
 
@@ -102,7 +99,7 @@ class Likelihood:
         self,
         corners: Corners,
         blocks: Sequence[Block],
-        rows: IntArray | None = None,
+        rows: IndexArray | None = None,
         sigma: float | None = None,
     ) -> None:
         kept = np.ones(len(corners.r), dtype=bool) if rows is None else np.isin(corners.row, rows)

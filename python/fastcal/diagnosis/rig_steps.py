@@ -12,15 +12,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.rig_library import RigCause, placement_step
 from fastcal.diagnosis.rig_likelihood import Best, Block, Corners, Likelihood
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _FITTED = 3  # likeliest rows of each camera or board
 _ALL = 10**9  # a row behind all

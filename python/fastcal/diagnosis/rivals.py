@@ -35,6 +35,10 @@ from fastcal.robot.robot import Spec
 FloatArray = NDArray[np.float64]
 Key = tuple[tuple[str, ...], tuple[str, ...]]
 
+# Share of the misfit that the most names leave, by their score tests, from which on no set is searched for: too little
+# explained to be given, with a margin for what fits add to score tests.
+HOPELESS_SHARE = 0.6
+
 
 @dataclass(frozen=True, eq=False)
 class Model:
@@ -185,7 +189,7 @@ class Rivals:
         if not (p < rules.ALPHA_FURTHER / (start.family.named + start.family.generic)).any():
             return False
         remaining = tests.remaining_with(names)[0]
-        if remaining > rules.HOPELESS_SHARE * tests.remaining:
+        if remaining > HOPELESS_SHARE * tests.remaining:
             return True
         return bool(self.curves_leave < remaining * self.search.problem.noise.factor**2)
 

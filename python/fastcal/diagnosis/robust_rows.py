@@ -13,18 +13,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, special
 
+from fastcal.arrays import BoolArray, FloatArray, IndexArray
 from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.parallel import each
 from fastcal.calibration.row_weights import huber
 from fastcal.calibration.tall import gram, inner, moved, over, single, summed, times
 from fastcal.diagnosis import rules
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
 
 # Rounds of reweighting and of rejecting rows, each.
 NOISE_ROUNDS = 6
@@ -53,7 +49,7 @@ class RichFit:
         shares: (m,) their parts of the degrees of freedom.
     """
 
-    wrong: IntArray
+    wrong: IndexArray
     off: FloatArray
     squares: FloatArray
     shares: FloatArray
@@ -69,7 +65,7 @@ class RichFit:
         return float(self.squares.sum()) / self.freedom
 
     @property
-    def gross(self) -> IntArray:
+    def gross(self) -> IndexArray:
         """Those of the wrong rows that are off by GROSS_SIZE and more of what the others are."""
         return self.wrong[self.off > rules.GROSS_SIZE**2 * self.mean_square]
 
@@ -82,13 +78,13 @@ class RichFit:
 class Leverage:
     """How far each row bends a fit: h = Z Z^T of the numbers of a row, once for all sets of rows that are left out."""
 
-    def __init__(self, Z: FloatArray, row: IntArray) -> None:
+    def __init__(self, Z: FloatArray, row: IndexArray) -> None:
         self.power = row_squares(Z)
         self._count = np.bincount(row[row >= 0])
         order = np.argsort(row, kind="stable")
         first = np.searchsorted(row[order], np.arange(len(self._count)))
 
-        def group(rows: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
+        def group(rows: IndexArray) -> tuple[IndexArray, IndexArray, FloatArray]:
             own = order[first[rows][:, np.newaxis] + np.arange(self._count[rows[0]])]
             return rows, own, _products(_at(Z, own))
 
@@ -96,7 +92,9 @@ class Leverage:
         parts = [rows[part] for rows in sizes for part in moved(len(rows), Z.shape[1] * int(self._count[rows[0]]))]
         self._groups = each(group, parts)  # rows with as many numbers, the places of these, and h
 
-    def studentized(self, left: FloatArray, more: FloatArray | None, wrong: IntArray) -> tuple[FloatArray, IntArray]:
+    def studentized(
+        self, left: FloatArray, more: FloatArray | None, wrong: IndexArray
+    ) -> tuple[FloatArray, IndexArray]:
         """(N,) square of what each row is off, as a chi square of noise 1, and (N,) how many numbers it holds.
 
         A fitted row: e^T (1 - h)^-1 e; one that was left out: e^T (1 + h)^-1 e; h = Z Z^T + more more^T.
@@ -104,7 +102,7 @@ class Leverage:
         square = np.zeros(len(self._count))
         left_out = np.isin(np.arange(len(square)), wrong)
 
-        def weigh(group: tuple[IntArray, IntArray, FloatArray]) -> None:
+        def weigh(group: tuple[IndexArray, IndexArray, FloatArray]) -> None:
             rows, own, all_in = group
             h = all_in if more is None else all_in + _products(_at(more, own))
             V = np.eye(own.shape[1]) + np.where(left_out[rows], 1.0, -1.0)[:, np.newaxis, np.newaxis] * h
@@ -121,7 +119,7 @@ def row_squares(Z: FloatArray) -> FloatArray:
     return np.concatenate(each(lambda rows: np.einsum("ij,ij->i", Z[rows], Z[rows]), moved(*Z.shape)))
 
 
-def _at(Z: FloatArray, own: IntArray) -> FloatArray:
+def _at(Z: FloatArray, own: IndexArray) -> FloatArray:
     """(n, s, k) rows `own` (n, s) of Z (m, k); a view where they follow each other, as those of most data do."""
     at = own.ravel()
     if np.array_equal(at, np.arange(at[0], at[0] + len(at))):
@@ -135,7 +133,7 @@ def _products(Z: FloatArray) -> FloatArray:
 
 
 def without_outliers(
-    X: FloatArray, r: FloatArray, row: IntArray, begun: IntArray | None = None, normal: FloatArray | None = None
+    X: FloatArray, r: FloatArray, row: IndexArray, begun: IndexArray | None = None, normal: FloatArray | None = None
 ) -> RichFit:
     """A fit of X (m, p), about unit columns, to the rows that it reaches; `row` (m,) of each number, -1 a prior's.
 
@@ -161,7 +159,7 @@ def without_outliers(
     return found
 
 
-def gross_rows(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
+def gross_rows(X: FloatArray, r: FloatArray, row: IndexArray) -> IndexArray:
     """`RichFit.gross` of a fit that left no row out; where no row is far off to begin with, without another fit."""
     held = row >= 0
     square = np.bincount(row[held], r[held] ** 2)
@@ -172,12 +170,14 @@ def gross_rows(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
     return without_outliers(unit_columns(X), r, row).gross
 
 
-def suspects(X: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
+def suspects(X: FloatArray, r: FloatArray, row: IndexArray) -> IndexArray:
     """Rows to which iteratively reweighted least squares (Huber, then Tukey) gives hardly any weight."""
     return _suspects(ridged_basis(X), r, row)
 
 
-def studentized_residuals(A: FloatArray, r: FloatArray, row: IntArray, wrong: IntArray) -> tuple[FloatArray, IntArray]:
+def studentized_residuals(
+    A: FloatArray, r: FloatArray, row: IndexArray, wrong: IndexArray
+) -> tuple[FloatArray, IndexArray]:
     """`Leverage.studentized` for a linear problem that is fitted to all rows but those that are `wrong`."""
     Z = ridged_basis(unit_columns(A))
     left, more = _without(Z, r - times(Z, inner(Z, r)), np.isin(row, wrong))
@@ -213,7 +213,7 @@ def _without(Z: FloatArray, left: FloatArray, is_out: BoolArray) -> tuple[FloatA
     return left + more @ linalg.solve_triangular(L, left[is_out], lower=True, check_finite=False), more
 
 
-def _suspects(Z: FloatArray, r: FloatArray, row: IntArray) -> IntArray:
+def _suspects(Z: FloatArray, r: FloatArray, row: IndexArray) -> IndexArray:
     """`suspects` by an orthonormal basis Z; in single precision, ample for a guess that the next rounds mend."""
     Z, r = single(Z), r.astype(np.float32)
     rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
@@ -254,7 +254,7 @@ def _weighted(Z: FloatArray, r: FloatArray, weight: FloatArray, b: FloatArray) -
     return b
 
 
-def _largest(far: IntArray, square: FloatArray | None, row: IntArray) -> IntArray:
+def _largest(far: IndexArray, square: FloatArray | None, row: IndexArray) -> IndexArray:
     """Those rows, the largest ones where they are more than outliers can be; sorted."""
     most = int(rules.MAX_OUTLIER_SHARE * len(np.unique(row[row >= 0])))
     if square is not None and len(far) > most:

@@ -16,6 +16,9 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of, sigma_field, tables_of
 
+# Common noise to begin with where the data claim none [m, rad]; it is estimated from there on.
+NOISE_GUESS = 1e-4
+
 # Share of the variance below which the noise was taken too large and the search begins again.
 RESTART_BELOW = 0.85
 # Searches with a new noise or new waves at most.
@@ -24,10 +27,10 @@ MAX_SEARCHES = 3
 
 def claimed(data: Dataset, sigma: float | None) -> Noise:
     """The noise to begin with: as the data or the user claim it, else a guess."""
-    first = sigma if sigma is not None else (0.0 if data.sigma_position is not None else rules.NOISE_GUESS)
+    first = sigma if sigma is not None else (0.0 if data.sigma_position is not None else NOISE_GUESS)
     angles = {table.name for table in tables_of(data.q.shape[1]).values() if table.quantity == "angle"}
     claims = {sigma_field(kind) for kind in kinds_of(data)} & angles
-    turn = 0.0 if claims and all(data.table(claim) is not None for claim in claims) else rules.NOISE_GUESS
+    turn = 0.0 if claims and all(data.table(claim) is not None for claim in claims) else NOISE_GUESS
     return Noise((first, turn, first))
 
 

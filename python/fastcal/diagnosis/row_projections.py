@@ -13,10 +13,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis.fits import Fit
 from fastcal.measurements.instrument import beam_axes
-
-FloatArray = NDArray[np.float64]
 
 # Leverage of a pose below which it shows next to nothing of an effect [of the 90th percentile].
 MIN_LEVERAGE = 0.25

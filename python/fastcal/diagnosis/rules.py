@@ -23,13 +23,9 @@ GEOMETRY_WIDTH = 5e-3
 CHI_SQUARE_TOLERANCE = 0.1
 
 # --- Noise and outliers -----------------------------------------------------------------------------------------------
-# Common noise to begin with where the data claim none [m, rad]; it is estimated from there on.
-NOISE_GUESS = 1e-4
 # Share of the degrees of freedom that the blocks of the rich model may take: more leaves too little to estimate the
 # noise from, less takes a missing effect for noise.
 RICH_MODEL_SHARE = 0.35
-# Gain of BIC that each block must bring that enters the rich model first (odds of 1 : 22 000).
-CLEAR_BLOCK_BIC = 20.0
 # Chance that noise alone puts one row of a data set on the list of outliers. Level.
 ALPHA_OUTLIER = 0.01
 # Share of the rows that may be outliers: more are no outliers but an effect.
@@ -72,23 +68,16 @@ ALPHA_FURTHER = 0.002
 ALPHA_NAMED, ALPHA_GENERIC = 0.03, 0.01
 # Effects of a set that is searched for over all sizes, and of one that grows on, its members exchanged on the way.
 MAX_EFFECTS, MAX_EFFECTS_GROWN = 4, 8
-# Sets of one size that are kept, names that are tried on top of each, and in place of each member of one that grows on.
-BEAM_WIDTH, CHILDREN_PER_NODE, EXCHANGES_PER_MEMBER = 3, 4, 2
+# Names that are tried on top of each set that is kept.
+CHILDREN_PER_NODE = 4
 # Difference of BIC that decides between two sets (odds of 1 : 150).
 DECISIVE_BIC = 10.0
 # Signal-to-noise ratio of a name beside something that has none: weaker ones may be its shadow.
 MIN_SNR_BESIDE_REST = 10.0
 # Share of the misfit that names must explain where something remains, to be given.
 MIN_EXPLAINED_SHARE = 0.5
-# Names that are tried in place of each member of the set that is given.
-REPLACEMENTS_PER_MEMBER = 8
-# Share of a member's chi square that a replacement must explain by its score test to be tried.
-REPLACEMENT_SHARE = 0.5
 # Parts of the data, dealt by pose, of which each is held out once.
 FOLDS = 5
-# Parts of a joint's range that are held out as one, where what errs by its position is judged: rows near each other
-# share what is wrong with them, and many more would leave neighbours of each.
-POSITION_BINS = 40
 # Regions of the workspace that are dealt to the folds, a power of two, and rows that each has at least.
 REGIONS, MIN_REGION_ROWS = 32, 3
 # Size from which on the loss of a held-out row grows with its size only [typical rows]: squares judge white noise.
@@ -121,27 +110,18 @@ UNNAMED_LEAD = 3.0
 CHOSEN_AGAIN_ROWS = 400
 # Size of a row that a fit has not seen, from which on it is wrong whatever is missing [typical rows]: no fit holds it.
 GROSS_SIZE = 10.0
-# Share of the misfit that the most names leave, by their score tests, from which on no set is searched for: too little
-# explained to be given, with a margin for what fits add to score tests.
-HOPELESS_SHARE = 0.6
 # Fits of a rival, each on the rows that the one before reaches, at most. Numerical.
 MAX_REFITS = 3
 
 # --- Scans ------------------------------------------------------------------------------------------------------------
 # Chance that a scan of all moments, periods and lags comes upon something where nothing is missing. Level.
 ALPHA_SCAN = 1e-3
-# Share of the likeliest name's worth that each that a scan adds must have: the others are its shadows.
-SCANNED_SHARE = 0.5
 # Time constants of what comes to rest [of the time that the data span].
 SETTLING_SHARES = (0.02, 0.04, 0.08, 0.15, 0.3, 0.6)
 
 # --- Waves and curves of joints ---------------------------------------------------------------------------------------
-# Highest order of which each is scored [cycles a turn]; finer ones the periodogram looks for.
-MAX_ORDER = 40.0
 # Level of a wave that a scan of orders finds. Level.
 ALPHA_WAVE = 1e-3
-# Share of the mean square of held-out rows that many waves may leave to be the cause.
-MAX_WAVES_SHARE = 0.5
 # Length scales of a smooth curve over a joint's position [of its range], beside which its waves are weighed.
 CURVE_SCALES = (0.07, 0.15, 0.35, 0.8)
 
@@ -170,17 +150,8 @@ MAX_OVER_CLAIM = 1.2
 # Share of the folds without which the same name must come first for grade A, and for grade B. Gauntlet seeds 95501 to
 # 95516: without the second, 6 of 62 names of grade B were wrong, four of them first in no fold or in one.
 GRADE_A_STABILITY, GRADE_B_STABILITY = 0.8, 0.5
-# Names that may come first in a part of the data: those of the largest statistics in all of them.
-MAX_CONTENDERS = 12
-# Share of a signature from which on a block without a name holds it, and is no other shape.
-SAME_SHAPE = 0.98
-# Chi square by which a wave of any other order must fit worse for grade A, up to FINEST_ORDER: five standard
-# deviations, as CONTRAST. Over a grid of positions other orders are the same wave, to the last digit.
-OTHER_ORDER_LOSS = 25.0
 # Chance to take a moved zero of a joint for a motion of base, instrument or target that is more than that. Level.
 ALPHA_MOVED_ZERO = 1e-3
-# Standard deviations by which two parameters must differ for what sets a name apart from a simpler one.
-CONTRAST = 5.0
 
 # --- Columns under suspicion ------------------------------------------------------------------------------------------
 # Standard deviations of chi square that noise may leave beyond its degrees of freedom with another reading of a column,
@@ -200,15 +171,3 @@ ALPHA_RIG = 1e-4
 # Twice the log of the likelihood by which a cause must lead every other, and every effect of the arm, each above what
 # its numbers gain by chance, to be the only one (odds of 1 : 150), and by which further numbers of a cause must help.
 RIG_LEAD = 10.0
-
-# --- What remains, what could have been seen, what to measure next ----------------------------------------------------
-# Evidence of a surrogate of what remains, and of a further one [twice a log of likelihoods]; with the next rule none on
-# 14 of 14 sets where nothing is missing. Simulated.
-SURROGATE_EVIDENCE, FURTHER_SURROGATE_EVIDENCE = 60.0, 30.0
-# RMS of poses left out with the surrogates over that without, from which on none is added.
-SURROGATE_HELD_OUT = 0.95
-# Share of the noise that a model with a surrogate must leave of rows held out to be compared: less is no prediction,
-# but squares of large errors, linearized at two fits. Where it was real it left 1.18 or more, in nine sets.
-MIN_LEFT = 0.5
-
-# --- Pictures ---------------------------------------------------------------------------------------------------------

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.change_point import find_step
-from fastcal.diagnosis import rules
+from fastcal.diagnosis import periodic, rules
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.held_out import positions
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, SearchNode
     from fastcal.measurements.dataset import Dataset
 
-FloatArray = NDArray[np.float64]
 
 # Names that a scan may add.
 SCANNED_NAMES = 8
@@ -75,7 +75,7 @@ def scan(state: SearchNode, *, among: Container[str] | None = None) -> list[Hypo
             if not is_a_condition(name, state.fit.problem.kept) and _is_of_positions(name, state.fit, len(grid)):
                 found.append((float(worth[best]), name))
     likeliest = sorted(found, key=lambda pair: -pair[0])[:SCANNED_NAMES]
-    enough = rules.SCANNED_SHARE * max((value for value, _ in likeliest), default=0.0)
+    enough = periodic.SCANNED_SHARE * max((value for value, _ in likeliest), default=0.0)
     return [name for value, name in likeliest if value >= enough]
 
 

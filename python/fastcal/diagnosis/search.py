@@ -33,6 +33,15 @@ from fastcal.said import said
 
 FloatArray = NDArray[np.float64]
 
+# Sets of one size that are kept.
+BEAM_WIDTH = 3
+# Names that are tried in place of each member of a set that grows on.
+EXCHANGES_PER_MEMBER = 2
+# Names that are tried in place of each member of the set that is given.
+REPLACEMENTS_PER_MEMBER = 8
+# Share of a member's chi square that a replacement must explain by its score test to be tried.
+REPLACEMENT_SHARE = 0.5
+
 # Numbers of Jacobians (measured numbers times parameters) that the fits of one search may evaluate before it tries no
 # larger sets and no further exchanges: 1,500 linearizations of 300 points with 75 parameters. A limit of effort:
 # simulated sets of 300 rows took 0.3 to 25 % of it.
@@ -208,7 +217,7 @@ class Search:
             return [*levels, [self.state(waves, self.start)]]
         while not any(state.suffices for state in levels[-1]) and len(levels) <= self.most and self.may_go_on():
             children: dict[tuple[str, ...], SearchNode] = {}
-            for state in levels[-1][: rules.BEAM_WIDTH]:
+            for state in levels[-1][:BEAM_WIDTH]:
                 if children and not self.may_go_on():
                     break
                 for names in self.next_sets(state, rules.CHILDREN_PER_NODE):
@@ -222,7 +231,7 @@ class Search:
                 break
             # Further down none can be chosen: less likely than the best by more than the odds ask for.
             levels.append(
-                [c for k, c in enumerate(ranked) if k < rules.BEAM_WIDTH or c.bic < ranked[0].bic + rules.DECISIVE_BIC]
+                [c for k, c in enumerate(ranked) if k < BEAM_WIDTH or c.bic < ranked[0].bic + rules.DECISIVE_BIC]
             )
             self.notify(said("{count} effects: {effects}", count=len(levels) - 1, effects=", ".join(ranked[0].key)))
         if len(levels) > self.most and not any(state.suffices for state in levels[-1]):
@@ -268,7 +277,7 @@ class Search:
                 self.state(names, state)
                 for member in state.names
                 if self.may_go_on()
-                for names in self.next_sets(self.without(state, member), rules.EXCHANGES_PER_MEMBER)
+                for names in self.next_sets(self.without(state, member), EXCHANGES_PER_MEMBER)
             ]
             best = min((s for s in others if not s.impossible), key=lambda s: s.bic, default=state)
             if best.bic > state.bic - rules.DECISIVE_BIC:
@@ -370,14 +379,14 @@ class Search:
         worth = base.fit.remaining - best.fit.remaining
         scores = base.blocks.tests.scores
         statistic, rank = np.asarray(scores.statistic), np.asarray(scores.rank)
-        enough = rules.REPLACEMENT_SHARE * max(worth, 0.0)
+        enough = REPLACEMENT_SHARE * max(worth, 0.0)
         found: list[tuple[Hypothesis, SearchNode]] = []
         keys: set[Key] = {member.key}
         order = np.argsort(-statistic[: base.blocks.count], kind="stable")
         tried = 0
         for i in order:
             name = base.blocks.names[i]
-            if statistic[i] < enough or rank[i] == 0 or tried >= rules.REPLACEMENTS_PER_MEMBER:
+            if statistic[i] < enough or rank[i] == 0 or tried >= REPLACEMENTS_PER_MEMBER:
                 break
             if name.key in keys or (member.effect in name.traits.generalizes and name.owner == member.owner):
                 continue

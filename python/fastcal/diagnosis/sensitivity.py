@@ -7,10 +7,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.library import Hypothesis, Key, Library, Untestable, needs
 from fastcal.diagnosis.reasons import Because, CauseLabel, Reason
@@ -19,8 +19,6 @@ from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import build_effects, edge_name, edge_unit
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 # Probability with which the smallest effect that could have been seen is seen.
 DETECTION_POWER = 0.8

@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.change_point import gains
 from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.pose_folds import measuring_place
@@ -31,8 +31,6 @@ from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.robust_rows import ridged_basis, ridged_residual
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 Frames = dict[str, FloatArray]
 
 _OWNERS = ("base", "tool")
@@ -55,10 +53,10 @@ class SlowMotion:
 
     owner: str
     curves: FloatArray
-    block: IntArray
+    block: IndexArray
     begins: int | None = None
 
-    def columns(self, frames: Frames, problem: Problem, row: IntArray) -> FloatArray:
+    def columns(self, frames: Frames, problem: Problem, row: IndexArray) -> FloatArray:
         """(m, k') for numbers of the fitted rows `row` (m,), -1 a prior's; whitened as the problem has it."""
         measured = row >= 0
         curves, frame = self.curves[problem.rows[row[measured]]], frames[self.owner]
@@ -97,7 +95,7 @@ class SlowMotions:
         return any(len(motion.block) == 0 for motion in self.found)
 
 
-def slow_motions(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> SlowMotions:
+def slow_motions(at: Fit, X: FloatArray, wrong: IndexArray, frames: Frames) -> SlowMotions:
     """Motions that noise with a memory would hide.
 
     A block comes alone: without its rows all of this is asked again.
@@ -137,11 +135,11 @@ class _Rows:
     frames: Frames
     X: FloatArray
     r: FloatArray
-    row: IntArray
+    row: IndexArray
     begun: int
 
     @staticmethod
-    def of(at: Fit, X: FloatArray, wrong: IntArray, frames: Frames) -> _Rows:
+    def of(at: Fit, X: FloatArray, wrong: IndexArray, frames: Frames) -> _Rows:
         """Without the rows that are wrong; the arguments as of `slow_motions`."""
         _A, r, row = at.whitened
         held = ~np.isin(row, wrong)
@@ -268,7 +266,7 @@ class _Blocks:
     As `change_point` does it, with sums over the rows: |r|^2 falls by b^T A^-1 b.
     """
 
-    def __init__(self, Q: FloatArray, F: FloatArray, clean: FloatArray, place: IntArray, count: int) -> None:
+    def __init__(self, Q: FloatArray, F: FloatArray, clean: FloatArray, place: IndexArray, count: int) -> None:
         """Q (m, p) is an orthonormal basis of the model, F (m, k) the motion, by ascending `place` (m,) of `count`."""
         self._Q, self._F, self._clean, self._place, self._count = Q, F, clean, place, count
 
@@ -285,7 +283,7 @@ class _Blocks:
             near = [np.intersect1d(moments, np.arange(least, count - least + 1)) for moments in near]
             yield self._best(near[0], near[1] if end < count else ends)
 
-    def _best(self, firsts: IntArray, ends: IntArray) -> tuple[int, int]:
+    def _best(self, firsts: IndexArray, ends: IndexArray) -> tuple[int, int]:
         """The best of these moments; of all rows but the first and last ones."""
         moments = np.union1d(firsts, ends)
         squares, held, along = self._sums(moments)
@@ -304,7 +302,7 @@ class _Blocks:
                 most, chosen = float(gain[k]), (int(first), int(ends[allowed][k]))
         return chosen
 
-    def _sums(self, moments: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _sums(self, moments: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """F^T F, F^T Q and F^T r of the rows before each moment."""
         cuts = [int(k) for k in np.searchsorted(self._place, [0, *moments.tolist()])]
         parts = [slice(cuts[k], cuts[k + 1]) for k in range(len(moments))]
@@ -315,5 +313,5 @@ class _Blocks:
         return before(self._F), before(self._Q), before(self._clean)
 
 
-def _near(moment: int, step: int) -> IntArray:
+def _near(moment: int, step: int) -> IndexArray:
     return np.arange(moment - step, moment + step + 1)

@@ -17,6 +17,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.library import SLOW, Hypothesis
@@ -26,8 +27,6 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.last_moves import last_moves
 from fastcal.measurements.observations import without_measured
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 _POUND = to_si(0.45359237, "kg")
 _SAME = 0.01  # of a load: within it two are one

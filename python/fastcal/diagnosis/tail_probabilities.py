@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 
 def p_values(statistic: FloatArray, rank: NDArray[np.int32], freedom: float) -> FloatArray:

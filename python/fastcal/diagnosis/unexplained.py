@@ -24,6 +24,8 @@ from fastcal.robot.robot_spec import Joint, RobotSpec, content
 
 FloatArray = NDArray[np.float64]
 
+# Names that may come first in a part of the data: those of the largest statistics in all of them.
+MAX_CONTENDERS = 12
 # Orders that are looked for in a joint's curve, and the share of its square from which on one is stated.
 PROFILE_ORDERS = 6
 MAIN_ORDER_SHARE = 0.25
@@ -65,7 +67,7 @@ def remains(state: SearchNode) -> bool:
     level = rules.ALPHA_FURTHER if state.names else rules.ALPHA_DETECT
     own = len(state.fit.free)
     certain = set(state.significant(rules.ALPHA_CERTAIN, rules.ALPHA_CERTAIN))
-    for index in state.significant(level / 2, level / 2)[: rules.MAX_CONTENDERS]:
+    for index in state.significant(level / 2, level / 2)[:MAX_CONTENDERS]:
         held = HeldOut(state.fit, more=state.blocks.of(index))
         less, error = gain(held.squares(), held.squares(range(own, own + state.blocks.sizes[index])))
         if less >= (rules.MIN_RIVAL_GAIN if index in certain else rules.MIN_GAIN) * error:

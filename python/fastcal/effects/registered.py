@@ -13,15 +13,14 @@ from functools import cache
 from typing import get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.effects.traits import Place, Reference, Role, Traits
 from fastcal.errors import InvalidInput
 from fastcal.units import UNITS
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 ParameterText = tuple[str, str, float, str]
 
 ENTRY_POINTS = "fastcal.effects"  # the group of an installed package's effects

@@ -15,14 +15,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.effects.entries import Spec, edge_name, edge_unit, label, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.units import factor, from_si, to_si
 
-FloatArray = NDArray[np.float64]
 _POLAR = ("amplitude_rad", "phase_rad")
 
 

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics
 from fastcal.ik.posture import unwound
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _SAME = 1e-4  # [rad or m] two solutions that are one
 _TURN = 2 * np.pi

@@ -17,11 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _MOST_STEPS = 200
 _NO_MOVE = 1e-14  # rad or m: a step this small ends the search

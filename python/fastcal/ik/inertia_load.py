@@ -20,10 +20,9 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _POSITIONS = 13  # Chebyshev points of a load's curve, whose interpolant is differentiated
 _FINE = 101  # points at which the slope is taken

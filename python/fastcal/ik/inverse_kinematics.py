@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.display.shown import Shown
 from fastcal.effects.registered import find
 from fastcal.errors import InvalidInput
@@ -22,8 +23,6 @@ from fastcal.ik.same_configuration import in_its_configuration
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotations_by
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 STATUSES = ("reached", "limit", "unreachable", "singular", "bad_target", "configuration")  # the core's order
 _STANDING = (STATUSES.index("reached"), STATUSES.index("singular"))

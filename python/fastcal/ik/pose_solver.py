@@ -8,14 +8,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.effects.registered import find
 from fastcal.ik.inverse_kinematics import STATUSES, checked_limits, inverse_kinematics, solver_options
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 class PoseSolver:

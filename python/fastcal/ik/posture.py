@@ -20,10 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 PARALLEL = 0.02  # rad: axes 2 and 3 of an arm of this kind, nominally parallel
 MEETING = 0.005  # of the reach: how far axes 4 and 5 may pass by one another

@@ -14,13 +14,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import InverseKinematics, inverse_kinematics, refuse_mimic_joints
 from fastcal.robot.robot import Robot
 
-FloatArray = NDArray[np.float64]
 Criterion = Callable[[FloatArray], FloatArray]
 
 CRITERIA = ("limits", "manipulability", "deflection", "motion", "arm_angle")

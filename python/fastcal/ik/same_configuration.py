@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.ik.posture import SphericalWristArm, unwound
 from fastcal.robot.robot import Robot
@@ -18,8 +18,6 @@ from fastcal.robot.robot import Robot
 if TYPE_CHECKING:
     from fastcal.ik.inverse_kinematics import InverseKinematics
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _NEAR = 0.2  # rad: a command that lies so near to where it was followed from is in the same branch
 _STARTS = 2048  # quasi-random postures, about one in eight of which is in a given configuration

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 _STEP = 0.01  # [s]
 _LONGEST = 5.0  # [s] of a delay that is looked for

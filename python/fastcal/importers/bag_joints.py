@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
-
-FloatArray = NDArray[np.float64]
 
 _MOST_NAMED = 8
 _OLDEST = 0.5  # [s] a position that is held while the others come

@@ -12,7 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fastcal.importers.export import Export, FloatArray
+from fastcal.arrays import FloatArray
+from fastcal.importers.export import Export
 from fastcal.importers.reading import Reading
 from fastcal.robot.robot import Robot
 from fastcal.units import parse_name, to_si

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.moving_rig import speeds_of_times
 from fastcal.calibration.pictures import SECOND
 from fastcal.calibration.unknowns import CORNERS
@@ -21,7 +22,7 @@ from fastcal.importers.loading import load_measurements, load_or_open
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.io.tree_readings import load_readings
-from fastcal.measurements.dataset import Dataset, FloatArray, IntArray
+from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.robot.rig import Seeing, corner_counts, has_rig, pictures
 from fastcal.robot.robot import Robot

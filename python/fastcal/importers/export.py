@@ -8,14 +8,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.importers.grid import NUMBER, THOUSANDS, Grid
 from fastcal.importers.words import Title, meaning, unit_of
 from fastcal.io.table import NO_VALUE, Uncalculated
 
-FloatArray = NDArray[np.float64]
 NOT_MEASURED = frozenset({"", "nan", "na", "n/a", "#n/a", "#nv", "-", "--", "---", "*", "****", "null", "none"}) | {
     *("not measured", "missing", "invalid", "no target", "#value!", "#div/0!", "#ref!"),
     *("nicht gemessen", "n. gemessen", "n. gem.", "n.g.", "fehlt", "ungültig", "#wert!", "#bezug!"),

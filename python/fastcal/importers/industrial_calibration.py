@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.importers.pose_lists import posed
 from fastcal.importers.pose_pairs_out import pose_columns
@@ -25,7 +25,6 @@ from fastcal.io.yaml_file import read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
 
 DATA = "cal_data.yaml"

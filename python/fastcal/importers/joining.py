@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.importers.controller_joints import si_joints
-from fastcal.importers.export import FloatArray
 from fastcal.importers.label_columns import LabelColumn, LabelMatch, best_match
 from fastcal.importers.pairing import FEWEST_ROWS, Pairing, pair_by_robot
 from fastcal.importers.reading import Column, Reading, unknown_note

@@ -8,12 +8,10 @@ R turns the target's axes into the measuring frame's.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 # Name of a convention: what its numbers mean.
 CONVENTIONS = {

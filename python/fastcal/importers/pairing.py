@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import align, calibrate
 from fastcal.calibration.realign import realign
 from fastcal.errors import FastcalError
@@ -23,7 +23,6 @@ from fastcal.importers.sequence import matched
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
-FloatArray = NDArray[np.float64]
 Pair = tuple[int, int]
 
 FEWEST_ROWS = 10  # base and tool alone adapt to nine numbers
@@ -44,12 +43,10 @@ class Pairing:
     Attributes:
         pairs: (pose, point), in the order of the poses.
         rms: RMS distance of the pairs from the arm [m].
-        gate: Distance beyond which a pair was refused [m].
     """
 
     pairs: list[Pair]
     rms: float
-    gate: float
 
 
 def pair_by_robot(robot: Robot, q: FloatArray, points: FloatArray, expected: Sequence[Pair] | None) -> Pairing | None:
@@ -76,7 +73,7 @@ def pair_by_robot(robot: Robot, q: FloatArray, points: FloatArray, expected: Seq
         if len(pairs) < FEWEST_ROWS:
             return None
     off = np.array([distance[pair] for pair in pairs])
-    return Pairing(pairs, float(np.sqrt(np.mean(off**2))), gate)
+    return Pairing(pairs, float(np.sqrt(np.mean(off**2))))
 
 
 def _start(

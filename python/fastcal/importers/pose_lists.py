@@ -10,16 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.regular_file import read_bytes
 from fastcal.io.tables import read_table
 from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.units import UNITS, parse_name, to_si
-
-FloatArray = NDArray[np.float64]
 
 _MOST_BYTES = 64_000_000
 _LENGTHS = {8: "TUM lines (time x y z qx qy qz qw)", 7: "x y z qx qy qz qw", 16: "4 x 4 matrices", 12: "3 x 4 matrices"}

@@ -9,10 +9,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.importers import families
 from fastcal.importers.clock import Times, read_times
-from fastcal.importers.export import Export, FloatArray, number
+from fastcal.importers.export import Export, number
 from fastcal.importers.label_columns import LabelColumn, label_columns
 from fastcal.importers.orientation import converted
 from fastcal.importers.words import ANGLES, LENGTHS, Title

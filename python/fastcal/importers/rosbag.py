@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput, ParseError, TooLarge
 from fastcal.importers.bag_clocks import delay, still_windows
 from fastcal.importers.bag_joints import Devices, JointStates, Stream, joint_states, left_out_samples, sized
@@ -26,8 +26,6 @@ from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid, Row
 from fastcal.importers.standstills import core, standstills
 from fastcal.io.bounded import Limits, call
-
-FloatArray = NDArray[np.float64]
 
 _MARK = "ROS bag"
 _STILL = 3.5e-4  # [rad or m]: 0.02 degrees

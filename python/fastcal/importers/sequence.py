@@ -5,9 +5,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 _SKIP = 0.6  # cost of leaving out one entry; two of them cost more than the worst match
 _ROUNDING = 1e-9

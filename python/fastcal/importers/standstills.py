@@ -5,9 +5,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 _SHORTEST = 4  # samples of a standstill
 _ASIDE = 0.1  # of a standstill, at either end, that is left out: settling

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.importers.clock import DAY, Times
 
-FloatArray = NDArray[np.float64]
 Pair = tuple[int, int]
 
 _HOUR = 3600.0

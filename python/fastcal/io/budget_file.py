@@ -52,7 +52,7 @@ def load_budget(path: str | os.PathLike[str]) -> Budget:
     level = top.number("level", 0.95)
     if not 0.5 <= level < 1:
         top.fail("level", "a probability from 0.5 to below 1", level)
-    place = Fields(top.take("instrument", {}), "instrument", path)
+    place = top.inner("instrument", {})
     instrument = to_si(np.array(place.quantities("xyz", "mm", 3, [0.0, 0.0, 0.0])), "mm")
     place.done()
     entries = top.take("inputs")

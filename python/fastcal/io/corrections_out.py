@@ -7,15 +7,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fastcal.arrays import FloatArray
 from fastcal.io.tables import write_csv
 from fastcal.robot.pendant import axis_columns, joint_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 
 def write_corrections(

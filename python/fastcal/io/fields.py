@@ -87,6 +87,20 @@ class Fields:
             self.fail(key, f"a whole number from {low} to {high}", value)
         return int(value)
 
+    def inner(self, key: str, default: Any = REQUIRED) -> Fields:
+        """The mapping that a key holds."""
+        return Fields(self.take(key, default), f"{self.where}.{key}".lstrip("."), self.path)
+
+    def entries(self, key: str, low: int, high: int) -> list[Fields]:
+        """The mappings of a list of `low` to `high` of them; none where 0 do and the key is not given."""
+        value = self.take(key, []) if low == 0 else self.take(key)
+        if value is None and low == 0:
+            value = []  # a key whose last entry was taken out, as YAML reads it
+        if not isinstance(value, list) or not low <= len(value) <= high:
+            entries = f"{low} to {high}" if low < high else f"{low}"
+            self.fail(key, f"a list of {entries} entries", value)
+        return [Fields(entry, f"{self.where}.{key}[{i}]".lstrip("."), self.path) for i, entry in enumerate(value)]
+
     def vector(self, key: str, size: int, default: list[float] = REQUIRED) -> list[float]:
         """A list of `size` finite numbers without a unit."""
         return self.checked_vector(key, self.take(key, default), size)

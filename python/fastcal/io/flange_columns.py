@@ -7,14 +7,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.cells.pose_arm import PARTS, pose_joints
 from fastcal.io.table import Table
 from fastcal.place import joint_position
 from fastcal.units import UNITS, parse_name, to_si, unit_names
-
-FloatArray = NDArray[np.float64]
 
 _UNIT_LENGTH = 1e-2  # of a quaternion, that is then made one
 

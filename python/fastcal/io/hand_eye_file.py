@@ -19,14 +19,12 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.robot.hand_eye import HandEye
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 _PLANE = "plumb_bob", 5  # ROS' name of Brown's model, and its coefficients; with k4 to k6 it is rational_polynomial
 _ENDINGS = (".calib", ".launch.py", ".urdf", ".xacro", "camera_info.yaml", ".yaml", ".yml", ".xml", ".json")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.columns import Column, kinds_of_columns, match_columns, would_do
 from fastcal.io.flange_columns import joints_for_poses
@@ -20,7 +21,7 @@ from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.measurements.checks import BadRow, RobotFacts, check_whole_rows
 from fastcal.measurements.copied_rows import copied_row_notes
-from fastcal.measurements.dataset import Dataset, FloatArray
+from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.instrument import along_and_across
 from fastcal.measurements.observations import expected_columns, tables_of
 from fastcal.units import from_si, to_si

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.io.tables import write_csv
-from fastcal.measurements.dataset import Dataset, FloatArray
+from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.instrument import range_and_angle
 from fastcal.measurements.observations import sharing, tables_of
 from fastcal.units import from_si

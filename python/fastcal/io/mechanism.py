@@ -13,16 +13,15 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.fields import LARGEST
 from fastcal.place import joint_name
 from fastcal.robot import se3
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
 MOVING = ("revolute", "prismatic", "ball", "free")
 EVERY = ("x", "y", "z", "rx", "ry", "rz")

@@ -10,9 +10,10 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.fields import Fields
-from fastcal.io.mechanism import EVERY, FloatArray, Mechanism, Pins, Ratio, mechanism_spec
+from fastcal.io.mechanism import EVERY, Mechanism, Pins, Ratio, mechanism_spec
 from fastcal.io.mjcf_file import read_mjcf
 from fastcal.io.sdf_file import read_sdf
 from fastcal.io.urdf_mechanism import read_urdf_mechanism

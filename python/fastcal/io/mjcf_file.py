@@ -14,7 +14,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from fastcal import _core
-from fastcal.io.mechanism import EVERY, FloatArray, JointOf, Mechanism, Pins, Ratio, direction, numbers
+from fastcal.arrays import FloatArray
+from fastcal.io.mechanism import EVERY, JointOf, Mechanism, Pins, Ratio, direction, numbers
 from fastcal.robot import se3
 from fastcal.units import to_si
 

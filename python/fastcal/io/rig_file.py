@@ -37,9 +37,11 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     """
     top = Fields(value, "", path)
     name = top.text("cell", path.stem)
-    arms = Fields(top.take("arms"), "arms", path).rest()
+    arms = top.inner("arms").rest()
     if len(arms) != 1:
-        taken = "calibrate, evaluate, diagnose, check, compare, predict, simulate, design and place take several"
+        taken = (
+            "calibrate, evaluate, diagnose, check, update, compare, predict, simulate, design and place take several"
+        )
         top.refuse("arms", f"expected one arm, got {len(arms)}; {taken}")
     (arm, given), *_ = arms.items()
     fields = Fields({"robot": given} if isinstance(given, str) else given, f"arms.{arm}", path)

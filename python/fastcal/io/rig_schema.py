@@ -89,7 +89,7 @@ def _placement(fields: Fields, frame: Callable[[Fields, str], str]) -> Spec:
             if not out[f"{name}_{unit}"] > 0:
                 fields.fail(f"{name}_{unit}", "a standard deviation above 0", sigma)
     if fields.has("knocked"):
-        out["knocked"] = _knocked(Fields(fields.take("knocked"), f"{fields.where}.knocked", fields.path))
+        out["knocked"] = _knocked(fields.inner("knocked"))
     if (std := fields.optional("identified")) is not None:
         out["identified"] = Fields(std, f"{fields.where}.identified", fields.path).rest()
     return out
@@ -238,7 +238,7 @@ def check_cell_names(top: Fields) -> Spec:
     """`cell` of a robot file: what the cell and its arm were called; columns may carry the arm's name."""
     if not top.has("cell"):
         return {}
-    fields = Fields(top.take("cell"), "cell", top.path)
+    fields = top.inner("cell")
     names = {"name": fields.text("name"), "arm": fields.text("arm", ARM)}
     fields.done()
     return {"cell": names}

@@ -12,20 +12,17 @@ import os
 from typing import Any
 
 from fastcal.correction import Correction
+from fastcal.io.calibration_schema import check_calibration
 from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.loop_schema import check_branch, check_loops, check_order
 from fastcal.io.pendant_schema import check_pendant
-from fastcal.io.rig_schema import check_arm_rig, check_cell_names, check_unknowns
+from fastcal.io.rig_schema import check_arm_rig, check_cell_names
 from fastcal.io.structure_schema import check_structure
-from fastcal.robot.calibration_record import unpacked
-from fastcal.robot.controller_robot import GEOMETRY
-from fastcal.units import UNITS
 
 Spec = dict[str, Any]
 KINDS = ("dh", "mdh", "poe", "urdf")
 MAX_JOINTS = 100
-LARGEST_MOVE = 1e6  # SI; by how much a parameter can move with another that is off by its plausible size
 
 _ZERO = [0.0, 0.0, 0.0]
 _STANDARD_GRAVITY = [0.0, 0.0, -9.80665]
@@ -47,7 +44,7 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
     top = Fields(value, "", path)
     spec: Spec = {"name": top.text("name"), "kinematics": top.choice("kinematics", KINDS)}
     kind = spec["kinematics"]
-    joints = _list(top, "joints", 1, MAX_JOINTS)
+    joints = top.entries("joints", 1, MAX_JOINTS)
     spec["joints"] = [_joint(fields, kind, len(joints)) for fields in joints]
     _check_mimics(spec["joints"], joints)
     check_order(spec["joints"], joints, kind)
@@ -56,12 +53,12 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         _check_joint_names(spec["joints"], joints)
     spec["coupling"] = _coupling(top, len(joints))
     if top.has("pendant"):
-        spec["pendant"] = check_pendant(_list(top, "pendant", 0, len(joints)), spec["joints"])
+        spec["pendant"] = check_pendant(top.entries("pendant", 0, len(joints)), spec["joints"])
     spec["base"] = _frame(top, "base")
     spec["tool"] = _frame(top, "tool")
-    if loops := check_loops(_list(top, "loops", 0, 1000), spec["joints"], spec["tool"]):
+    if loops := check_loops(top.entries("loops", 0, 1000), spec["joints"], spec["tool"]):
         spec["loops"] = loops
-    payload = Fields(top.take("payload", {}), "payload", path)
+    payload = top.inner("payload", {})
     spec["payload"] = {"com_mm": payload.quantities("com", "mm", 3, _ZERO)}
     payload.done()
     spec["gravity_m_s2"] = top.quantities("gravity", "m_s2", 3, _STANDARD_GRAVITY)
@@ -73,10 +70,10 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         if not isinstance(equilibrium, bool):
             top.fail("equilibrium", "true or false", equilibrium)
         spec["equilibrium"] = equilibrium
-    spec["effects"] = [_effect(fields) for fields in _list(top, "effects", 0, 1000)]
+    spec["effects"] = [_effect(fields) for fields in top.entries("effects", 0, 1000)]
     spec["structure"] = check_structure(top.take("structure", {}), [joint["type"] for joint in spec["joints"]], path)
     if top.has("known_distances"):
-        spec["known_distances"] = [check_known_distance(fields) for fields in _list(top, "known_distances", 0, 1000)]
+        spec["known_distances"] = [check_known_distance(fields) for fields in top.entries("known_distances", 0, 1000)]
     spec |= check_arm_rig(top, len(joints)) | check_cell_names(top)
     if (of_poses := top.optional("of_poses")) is not None:
         if of_poses is not True:
@@ -92,8 +89,7 @@ def _additions(top: Fields, kind: str, joints: list[Spec]) -> Spec:
     path = top.path
     spec: Spec = {}
     if top.has("calibration"):
-        fields = Fields(top.take("calibration"), "calibration", path)
-        spec["calibration"] = _calibration(fields, joints)
+        spec["calibration"] = check_calibration(top.inner("calibration"), joints)
     if (correction := top.optional("correction")) is not None:
         spec["correction"] = _correction(correction, path)
     if made_by := top.plain("made_by", {}):
@@ -146,18 +142,8 @@ def _correction(value: Any, path: str | os.PathLike[str]) -> Correction | Spec:
     return found
 
 
-def _list(top: Fields, key: str, low: int, high: int) -> list[Fields]:
-    value = top.take(key, []) if low == 0 else top.take(key)
-    if value is None and low == 0:
-        value = []  # a key whose last entry was taken out, as YAML reads it
-    if not isinstance(value, list) or not low <= len(value) <= high:
-        entries = f"{low} to {high}" if low < high else f"{low}"
-        top.fail(key, f"a list of {entries} entries", value)
-    return [Fields(entry, f"{top.where}.{key}[{i}]".lstrip("."), top.path) for i, entry in enumerate(value)]
-
-
 def _frame(top: Fields, key: str, required: bool = False) -> Spec:
-    fields = Fields(top.take(key) if required else top.take(key, {}), f"{top.where}.{key}".lstrip("."), top.path)
+    fields = top.inner(key) if required else top.inner(key, {})
     frame = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
     fields.done()
     return frame
@@ -272,7 +258,7 @@ def _check_mimics(joints: list[Spec], fields: list[Fields]) -> None:
 def _coupling(top: Fields, joint_count: int) -> list[Spec]:
     """q_joint turns by ratio when q_source turns: nominal gear coupling c_ij."""
     coupling: list[Spec] = []
-    for fields in _list(top, "coupling", 0, joint_count * joint_count):
+    for fields in top.entries("coupling", 0, joint_count * joint_count):
         entry: Spec = {key: fields.count(key, 1, joint_count) for key in ("joint", "source")}
         entry["ratio"] = fields.number("ratio")
         fields.done()
@@ -314,99 +300,3 @@ def _effect(fields: Fields) -> Spec:
             checked[name]["std"] = entry.checked_number("std", std)
         checked[name] |= entry.rest()
     return effect | {"parameters": checked} | fields.rest()
-
-
-def _calibration(fields: Fields, joints: list[Spec]) -> Spec:
-    """How sure an identified model is: covariance = L L^T of its parameters in SI.
-
-    Row i of L with i + 1 numbers, or all of them as `calibration_record.packed` writes them.
-    """
-    names = fields.take("parameters")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        fields.fail("parameters", "a list of names", names)
-    record: Spec = {"parameters": list(names), "covariance_root": _covariance_root(fields, len(names))}
-    of_points = fields.optional("sigma_mm") if fields.has("noise") else fields.take("sigma_mm")
-    record["sigma_mm"] = None if of_points is None else fields.checked_number("sigma_mm", of_points)
-    record["degrees_of_freedom"] = fields.count("degrees_of_freedom", 0, 10**9)
-    if (turn := fields.optional("sigma_deg")) is not None:
-        record["sigma_deg"] = fields.checked_number("sigma_deg", turn)
-    if fields.has("noise"):
-        record["noise"] = _noise(fields)
-    if fields.has("held"):
-        record["held"] = _held(Fields(fields.take("held"), "calibration.held", fields.path))
-    if fields.has("covered"):
-        covered = fields.take("covered")
-        if not isinstance(covered, dict):
-            fields.fail("covered", "a range by quantity", covered)
-        record["covered"] = {str(k): fields.checked_vector(f"covered.{k}", v, 2) for k, v in covered.items()}
-    if fields.has("unknowns"):
-        record["unknowns"] = check_unknowns(Fields(fields.take("unknowns"), "calibration.unknowns", fields.path), names)
-    if fields.has("nominal"):
-        record["nominal"] = _nominal(Fields(fields.take("nominal"), "calibration.nominal", fields.path), joints)
-    return record | fields.rest()
-
-
-def _noise(fields: Fields) -> Spec:
-    """Value and unit of the noise of each kind of reading."""
-    kinds = fields.take("noise")
-    if not isinstance(kinds, dict):
-        fields.fail("noise", "a value and a unit by kind of reading", kinds)
-    out = {}
-    for kind, given in kinds.items():
-        own = Fields(given, f"calibration.noise.{kind}", fields.path)
-        unit = own.text("unit")
-        if unit not in UNITS or UNITS[unit].kind not in ("length", "angle", "pixel"):
-            own.fail("unit", "a unit of length, angle or pixels", unit)
-        out[str(kind)] = {"value": own.number("value"), "unit": unit}
-    return out
-
-
-def _covariance_root(fields: Fields, count: int) -> list[list[float]] | str:
-    rows = fields.take("covariance_root")
-    if isinstance(rows, str):
-        try:
-            unpacked(rows, count)
-        except ValueError:
-            numbers = count * (count + 1) // 2
-            fields.fail(
-                "covariance_root", f"{numbers} numbers of 8 bytes below 1e100 in base64", f"{len(rows)} characters"
-            )
-        return rows
-    if not isinstance(rows, list) or len(rows) != count:
-        fields.fail("covariance_root", f"a list of {count} rows", rows)
-    return [fields.checked_vector(f"covariance_root[{i}]", row, i + 1) for i, row in enumerate(rows)]
-
-
-def _held(fields: Fields) -> Spec:
-    """What the measurements did not show: names of parameters, and how they move with each that was held."""
-    names = fields.take("parameters")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        fields.fail("parameters", "a list of names", names)
-    columns = fields.take("directions")
-    if not isinstance(columns, list):
-        fields.fail("directions", "a list of directions", columns)
-    directions = [fields.checked_vector(f"directions[{i}]", c, len(names)) for i, c in enumerate(columns)]
-    for i, column in enumerate(directions):
-        if max(map(abs, column), default=0.0) > LARGEST_MOVE:
-            fields.fail(f"directions[{i}]", f"numbers up to {LARGEST_MOVE:g}", max(column, key=abs))
-    return {"parameters": list(names), "directions": directions}
-
-
-def _nominal(fields: Fields, joints: list[Spec]) -> Spec:
-    """The robot before it was calibrated: the geometry of each joint, in the keys that the model has, and its ends."""
-    given = _list(fields, "joints", len(joints), len(joints))
-    checked = [
-        {key: _alike(each, key, joint[key]) for key in GEOMETRY if key in joint}
-        for each, joint in zip(given, joints, strict=True)
-    ]
-    for each in given:
-        each.done()
-    return {"joints": checked} | fields.rest()
-
-
-def _alike(fields: Fields, key: str, other: Any) -> Any:
-    """A number, a list of numbers or a mapping of such, where another has it."""
-    if isinstance(other, dict):
-        inner = Fields(fields.take(key), f"{fields.where}.{key}", fields.path)
-        return {name: _alike(inner, name, value) for name, value in other.items()}
-    return fields.vector(key, len(other)) if isinstance(other, list) else fields.number(key)

@@ -12,8 +12,9 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
-from fastcal.io.mechanism import FloatArray, JointOf, Mechanism, Ratio, direction, numbers
+from fastcal.io.mechanism import JointOf, Mechanism, Ratio, direction, numbers
 from fastcal.robot import se3
 from fastcal.units import to_si
 

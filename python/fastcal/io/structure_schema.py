@@ -39,11 +39,11 @@ def check_structure(value: Any, joint_types: list[str], path: Any) -> Spec:
     if not value:
         return {}
     count = len(joint_types)
-    spec: Spec = {"nodes": [_node(fields, count) for fields in _list(top, "nodes", 2)]}
+    spec: Spec = {"nodes": [_node(fields, count) for fields in top.entries("nodes", 2, MAX_ENTRIES)]}
     nodes = _names(top, "nodes", spec["nodes"])
     spec["sections"] = {name: _section(fields) for name, fields in _mappings(top, "sections")}
     spec["tables"] = {name: _table(fields, joint_types) for name, fields in _mappings(top, "tables")}
-    spec["elements"] = [_element(fields, spec, nodes, count) for fields in _list(top, "elements", 1)]
+    spec["elements"] = [_element(fields, spec, nodes, count) for fields in top.entries("elements", 1, MAX_ENTRIES)]
     _names(top, "elements", spec["elements"])
     top.done()
     for kind in ("sections", "tables"):
@@ -59,13 +59,6 @@ def check_structure(value: Any, joint_types: list[str], path: Any) -> Spec:
         last = max(movers, key=lambda node: frame_names(count).index(node["moves"]))
         last["carries"] = [*last.get("carries", []), "payload"]
     return spec
-
-
-def _list(top: Fields, key: str, low: int) -> list[Fields]:
-    value = top.take(key)
-    if not isinstance(value, list) or not low <= len(value) <= MAX_ENTRIES:
-        top.fail(key, f"a list of {low} to {MAX_ENTRIES} entries", value)
-    return [Fields(entry, f"{top.where}.{key}[{i}]", top.path) for i, entry in enumerate(value)]
 
 
 def _mappings(top: Fields, key: str) -> list[tuple[str, Fields]]:

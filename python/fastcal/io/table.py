@@ -9,11 +9,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 
-FloatArray = NDArray[np.float64]
 Cells = FloatArray | Sequence[str]
 EMPTY = frozenset({"", "nan", "na", "n/a", "#n/a"})  # what an empty cell may hold, in any case
 _FORMULA = ("=", "+", "-", "@", "\t")  # with which a formula begins (OWASP, CSV injection)

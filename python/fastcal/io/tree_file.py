@@ -16,6 +16,7 @@ from fastcal.cells.paths import possible_ways
 from fastcal.cells.pose_arm import POSE, pose_arm
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
+from fastcal.io.calibration_schema import check_calibration
 from fastcal.io.fields import Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.regular_file import is_file
@@ -85,7 +86,8 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     points = [_point(key, role, fields) for role in ("target", "sensor") for key, fields in _members(top, f"{role}s")]
     distances = _distances(top)
     rig = _rig(top)
-    records = Fields(top.take("calibrations", {}), "calibrations", path).rest()
+    records = top.inner("calibrations", {}).rest()
+    record = check_calibration(top.inner("calibration"), []) if top.has("calibration") else None
     top.done()
     names = [*(entry.name for entry in entries), *(point.name for point in points), *rig["cameras"], *rig["boards"]]
     for twice in sorted({each for each in names if names.count(each) > 1}):
@@ -102,7 +104,7 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     placed = tuple(Point(of.name, of.role, stands_on(of.on), of.place, of.known) for of in points)
     for entry in (*rig["cameras"].values(), *rig["boards"].values()):
         entry["on"] = stands_on(entry["on"])
-    cell = Cell(name, arms, placed, distances, **rig)
+    cell = Cell(name, arms, placed, distances, **rig, record=record)
     _check(cell, top)
     return replace(cell, records=_records(cell, records, top)) if records else cell
 
@@ -180,6 +182,8 @@ def cell_text(cell: Cell, comment: str = "") -> str:
         content["known_distances"] = [
             {"from": of.start, "to": of.end, "mm": of.mm, "sigma_mm": of.sigma_mm} for of in cell.distances
         ]
+    if cell.record is not None:
+        content["calibration"] = dict(cell.record)
     if cell.records:
         content["calibrations"] = {name: dict(record) for name, record in cell.records.items()}
     return "".join(f"# {line}\n" for line in comment.splitlines()) + yaml_text(content)

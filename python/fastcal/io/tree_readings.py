@@ -13,8 +13,8 @@ import re
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
@@ -22,8 +22,6 @@ from fastcal.io.flange_columns import flange_columns, flange_joints
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.units import UNITS, parse_name, to_si, unit_names
-
-FloatArray = NDArray[np.float64]
 
 # Quantity of a column before its @: the field it is of, its place there, and its kind.
 _READ: dict[str, tuple[str, int, str | None]] = {

@@ -8,16 +8,13 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import CellPrediction
 from fastcal.io.tables import write_csv
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
 _AXES, _PARTS = "xyz", "wxyz"
 
 

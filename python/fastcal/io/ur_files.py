@@ -21,11 +21,12 @@ from typing import Any
 import numpy as np
 
 from fastcal import units
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.fields import Fields
 from fastcal.io.yaml_file import read_text
 from fastcal.robot.core_model import pose
-from fastcal.robot.se3 import Array, rotation_to_rpy
+from fastcal.robot.se3 import rotation_to_rpy
 
 Spec = dict[str, Any]
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
@@ -47,10 +48,10 @@ def ur_spec(value: Mapping[str, Any], path: str | os.PathLike[str]) -> Spec:
         ParseError: An entry is missing or no number; the sentence names it.
     """
     top = Fields(dict(value), "", path)
-    fields = Fields(top.take("kinematics"), "kinematics", path)
+    fields = top.inner("kinematics")
     joints = []
     for link, name in zip(LINKS, JOINTS, strict=True):
-        entry = Fields(fields.take(link), f"kinematics.{link}", path)
+        entry = fields.inner(link)
         xyz = [units.from_si(entry.number(key), "mm") for key in _XYZ]
         rpy = [units.from_si(entry.number(key), "deg") for key in _RPY]
         entry.done()
@@ -74,7 +75,7 @@ def ur_hash(path: str | os.PathLike[str], value: Any) -> str:
     return str(value["kinematics"]["hash"])
 
 
-def ur_kinematics_text(origins: Sequence[Array], named: str) -> str:
+def ur_kinematics_text(origins: Sequence[FloatArray], named: str) -> str:
     """A kinematics file of ur_description; numbers have the digits that read back to the same doubles.
 
     Args:
@@ -94,7 +95,7 @@ def check_six_joints(spec: Spec) -> None:
         raise InvalidInput(f"{spec['name']}: a kinematics file of ur_description is of six turning joints")
 
 
-def own_joint_origins(spec: Spec, first_mount: Array) -> list[Array]:
+def own_joint_origins(spec: Spec, first_mount: FloatArray) -> list[FloatArray]:
     """The origins of a spec of kind urdf as a kinematics file has them.
 
     Args:

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.io.xml_text import declared_as_utf8
-from fastcal.robot.se3 import Array, rotation_to_rpy, rpy_to_rotation
+from fastcal.robot.se3 import rotation_to_rpy, rpy_to_rotation
 
 # Comments and character data as they are; or a tag, in which a > inside quotes is text.
 _MARKUP = re.compile(r"""<!--.*?-->|<!\[CDATA\[.*?\]\]>|</?[A-Za-z_:](?:[^>"']|"[^"]*"|'[^']*')*>""", re.DOTALL)
@@ -86,7 +87,7 @@ def _with_rpy(tag: str) -> str:
     return _with(tag, "rpy", " ".join(map(repr, map(float, rotation_to_rpy(R)))))
 
 
-def _numbers(text: str, count: int) -> Array | None:
+def _numbers(text: str, count: int) -> FloatArray | None:
     try:
         values = [float(word) for word in text.split()]
     except ValueError:

@@ -11,13 +11,14 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 from fastcal import units
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.mechanism_file import closed_by_itself
 from fastcal.io.robot_schema import Spec
 from fastcal.io.urdf_chain import read_chain, read_chains
 from fastcal.io.xacro_file import expanded
 from fastcal.io.xml_text import read_xml
-from fastcal.robot.se3 import Array, rotation_to_rpy
+from fastcal.robot.se3 import rotation_to_rpy
 
 _NO_LIMIT = "1e6"
 
@@ -146,7 +147,7 @@ def _joint_spec(joint: Mapping[str, Any]) -> Spec:
     return spec
 
 
-def _frame_spec(T: Array) -> Spec:
+def _frame_spec(T: FloatArray) -> Spec:
     return {"xyz_mm": _from_si(T[:3, 3], "mm"), "rpy_deg": _from_si(rotation_to_rpy(T[:3, :3]), "deg")}
 
 

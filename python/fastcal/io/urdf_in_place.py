@@ -12,10 +12,11 @@ from xml.parsers import expat
 import numpy as np
 
 from fastcal import units
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.io.robot_schema import Spec
 from fastcal.io.urdf_chain import read_chain
-from fastcal.robot.se3 import Array, inverse, pose, rotation_to_rpy, rpy_to_rotation
+from fastcal.robot.se3 import inverse, pose, rotation_to_rpy, rpy_to_rotation
 
 SAME = 1e-13  # [m], and on the entries of a rotation: what conversion between units may leave
 
@@ -37,7 +38,7 @@ def is_from_urdf(spec: Spec) -> bool:
     return "xml" in spec.get("source", {})
 
 
-def first_mount(spec: Spec) -> Array:
+def first_mount(spec: Spec) -> FloatArray:
     """(4, 4) of the first moving joint's parent link in the base, where the spec keeps its URDF; else the identity."""
     if not is_from_urdf(spec):
         return np.eye(4)
@@ -58,7 +59,7 @@ def in_place(spec: Spec) -> str:
     chain = read_chain(source["xml"], source["base_link"], source["tip_link"])
     if [joint["name"] for joint in chain["joints"]] != [joint["name"] for joint in spec["joints"]]:
         raise InvalidInput("the joints of the robot are no longer those of the URDF that it was read from")
-    moved: dict[str, Array] = {}
+    moved: dict[str, FloatArray] = {}
     for mine, theirs in zip(spec["joints"], chain["joints"], strict=True):
         if np.abs(np.asarray(mine["axis"]) - theirs["axis"]).max() > SAME:
             raise InvalidInput(f"joint '{mine['name']}': its axis is no longer that of the URDF that it was read from")
@@ -70,7 +71,7 @@ def in_place(spec: Spec) -> str:
     return with_origins(source["xml"], moved)
 
 
-def with_origins(xml: str, origins: Mapping[str, Array]) -> str:
+def with_origins(xml: str, origins: Mapping[str, FloatArray]) -> str:
     """The text with the <origin> of each named joint at a pose (4, 4) [m], in the frame of the joint's parent link."""
     content = xml.encode()
     joints = _joints(content)
@@ -145,16 +146,16 @@ def _indent(content: bytes, after: int) -> bytes:
     return found.group() if found else b""
 
 
-def _pose(frame: Spec) -> Array:
+def _pose(frame: Spec) -> FloatArray:
     return pose(
         rpy_to_rotation(units.to_si(np.array(frame["rpy_deg"]), "deg")), units.to_si(np.array(frame["xyz_mm"]), "mm")
     )
 
 
-def _same(a: Array, b: Array) -> bool:
+def _same(a: FloatArray, b: FloatArray) -> bool:
     return bool(np.abs(a - b).max() <= SAME)
 
 
-def _numbers(values: Array) -> str:
+def _numbers(values: FloatArray) -> str:
     """Digits that read back to the same doubles, without the dust below 1e-16 m or rad."""
     return " ".join(repr(round(float(value), 16) + 0.0) for value in values)

@@ -8,7 +8,8 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from fastcal.io.mechanism import FloatArray, JointOf, Mechanism, Ratio, direction, numbers
+from fastcal.arrays import FloatArray
+from fastcal.io.mechanism import JointOf, Mechanism, Ratio, direction, numbers
 from fastcal.robot import se3
 
 _KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}

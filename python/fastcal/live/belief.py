@@ -17,14 +17,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.problem import asked_parameters
 from fastcal.calibration.realign import realign
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 FEWEST = 4  # rows that place the arm: base and the tool's point are nine numbers
 KNOWN_TO = 3.0  # plausible sizes, of the geometry
@@ -75,8 +73,7 @@ class Belief:
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray]:
         """(3N, p) derivatives and (3N,) misfits of the rows."""
-        assert self.data.position is not None  # noqa: S101 - rows without a point are not in it
-        r = (self.data.position - self.robot.poses(self.data)[:, :3, 3]) / self.sigma
+        r = (self.data.points - self.robot.poses(self.data)[:, :3, 3]) / self.sigma
         return self.derivatives(self.data).reshape(-1, len(self.columns)), r.ravel()
 
     @cached_property

@@ -8,16 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import fdtrc
 
+from fastcal.arrays import FloatArray
 from fastcal.live.belief import Belief
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.said import Said, said
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 1e-4  # of a row that is right
 GROSS = 1e-2  # of the reach: no arm is built that badly
@@ -49,8 +47,8 @@ def dropped_beam(row: Dataset, before: Dataset | None, names: list[int], robot: 
         return Judgement("dropped_beam", said("dropped beam: no point was measured; measure this pose again"))
     if not point.any():
         return Judgement("dropped_beam", said("dropped beam: the point is 0 0 0; measure this pose again"))
-    if before is not None and before.position is not None:
-        same = np.flatnonzero((before.position == point).all(axis=1))
+    if before is not None:
+        same = np.flatnonzero((before.points == point).all(axis=1))
         if len(same):
             was = names[int(same[-1])]
             if _near(before.q[same[-1]], row.q[0]):
@@ -58,7 +56,7 @@ def dropped_beam(row: Dataset, before: Dataset | None, names: list[int], robot: 
             else:
                 text = said("dropped beam: the point is still that of row {row}; measure this pose again", row=was)
             return Judgement("dropped_beam", text)
-        far = float(np.median(np.linalg.norm(before.position - point, axis=1)))
+        far = float(np.median(np.linalg.norm(before.points - point, axis=1)))
         if len(before) > 1 and far > 3 * robot.reach:
             text = said(
                 "dropped beam: the point is {far} away from the others, farther than the arm reaches", far=_mm(far)
@@ -133,7 +131,8 @@ def _other_posture(belief: Belief, point: FloatArray, row: Dataset, others: Floa
 
 
 def _point(row: Dataset) -> FloatArray:
-    return np.full(3, np.nan) if row.position is None else row.position[0]
+    point: FloatArray = row.points[0]
+    return point
 
 
 def _near(a: FloatArray, b: FloatArray) -> bool:

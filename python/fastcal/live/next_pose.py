@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.design.instruments import Instruments
 from fastcal.design.measurable import candidates_and_obstacles
 from fastcal.live.belief import Belief
@@ -16,8 +17,6 @@ from fastcal.live.judging import SAME_POSTURE
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 _DRAWN = 2000  # postures, of which those clear of the mounting are kept
 _POOL = 300

@@ -11,8 +11,8 @@ from pathlib import Path
 from threading import RLock
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.design.poses import SIGMA
 from fastcal.errors import FastcalError, InvalidInput, Undetermined
 from fastcal.live import judging
@@ -24,8 +24,6 @@ from fastcal.live.rows import Header
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.given import RobotLike, as_robot
 from fastcal.said import said
-
-FloatArray = NDArray[np.float64]
 
 EARLY = 6  # rows that are right, so that the next can be judged
 _BLAMED_UP_TO = 25  # rows; of more, one that was wrong no longer turns the others
@@ -61,11 +59,6 @@ class Answer:
 
     row: int
     text: str
-
-    @property
-    def is_ok(self) -> bool:
-        """Is the row kept?"""
-        return self.text.split(";")[0] == "ok"
 
 
 class LiveSession:

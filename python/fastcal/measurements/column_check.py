@@ -21,14 +21,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.column_readings import Reading, Source, known_scale, sources
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.frame_fit import Frames, Poses, base_matrix, fitted, point_bounds
 from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, is_quarter, joints_of
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 NEGLIGIBLE_SHARE = 1e-4  # of the reach; what misses by less has been read as it was meant
 SEVERAL_SHARE = 2e-3  # of the reach; what misses by more is read with several things changed as well

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.joint_maps import Change, JointMap, Joints, unit_slips
 from fastcal.measurements.orientation_readings import inverse, of_quaternion
 
-FloatArray = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 MIRROR = np.array([1.0, 1.0, -1.0])

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
-from fastcal.measurements.dataset import Dataset, FloatArray
+from fastcal.measurements.dataset import Dataset
 
 _MAY_BE_EMPTY = ("q_read", "position", "rotation", "distance", "sigma_position", "instrument", "sigma_rotation")
 _WHOLE = ("wrench", "current", "speed", "temperature", "time")  # a row without them can't be

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.effects import registered
 from fastcal.effects.entries import (
     LAGGED,
@@ -27,8 +28,6 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.measuring_order import since
 from fastcal.measurements.thermal_lag import lagged
-
-FloatArray = NDArray[np.float64]
 
 NUMBERS = ("temperature", "time")  # one a row
 TABLES = ("wrench", "approach", "current")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.display import late
 from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
@@ -27,8 +28,6 @@ from fastcal.measurements.whole_turns import unwrapped
 if TYPE_CHECKING:
     import pandas as pd
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Labels = Sequence[str | int] | NDArray[np.str_] | NDArray[np.int64]
 
 SPLITS = {"random": random_rows, "region": region_rows}
@@ -179,6 +178,11 @@ class Dataset(Shown):
             extra={name: values[chosen] for name, values in self.extra.items()},
             extra_labels={name: [labels[i] for i in chosen] for name, labels in self.extra_labels.items()},
         )
+
+    @property
+    def points(self) -> FloatArray:
+        """(N, 3) measured points [m], NaN where none was measured."""
+        return np.full((len(self), 3), np.nan) if self.position is None else self.position
 
     def without_points(self) -> Dataset:
         """The same without measured points."""

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
+
 Poses = Callable[[FloatArray], FloatArray]
 
 _SCALE = 2.0  # medians of the distances at which a row counts half

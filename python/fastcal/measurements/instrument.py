@@ -17,15 +17,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.measurements.checks import check_values
 
 if TYPE_CHECKING:
     from fastcal.measurements.dataset import Dataset
 
-FloatArray = NDArray[np.float64]
 
 _UPRIGHT = 1e-9  # sine of the beam to the vertical below which it has no level direction of its own
 

@@ -19,11 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.place import joint_position
 from fastcal.units import factor, from_si, to_si, unit_names
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 QUARTER = to_si(90.0, "deg")
 NEAR_QUARTER = to_si(2.0, "deg")  # a zero this near to a multiple of 90 deg is meant to be it

@@ -12,11 +12,9 @@ import unicodedata
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.units import parse_name
-
-FloatArray = NDArray[np.float64]
 
 
 def title_words(title: str) -> set[str]:

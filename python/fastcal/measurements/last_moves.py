@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 
 def last_moves(q: FloatArray, approach: FloatArray | None) -> FloatArray:

@@ -16,12 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.last_moves import directions, last_moves
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 PART_ROWS = 30_720  # that are read at once
 _FOUND = frozenset({"move", "direction_before"})  # from the rows before

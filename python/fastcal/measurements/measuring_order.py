@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
+
 if TYPE_CHECKING:
     from fastcal.measurements.dataset import Dataset
-
-FloatArray = NDArray[np.float64]
 
 
 def in_order(data: Dataset) -> Dataset:

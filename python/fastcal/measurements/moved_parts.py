@@ -14,10 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.measurements.frame_fit import Frames
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _RUN = 6  # rows that show a part: three place it
 _FEWEST = 4  # rows of a part between two moves

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 
 if TYPE_CHECKING:
     from fastcal.measurements.dataset import Dataset
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

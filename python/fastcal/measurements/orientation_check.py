@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.measurements import orientation_readings as orientation
 from fastcal.measurements.column_check import (
     BETTER_BY,
@@ -29,8 +29,6 @@ from fastcal.measurements.column_readings import Reading
 from fastcal.measurements.frame_fit import turn_bounds
 from fastcal.measurements.joint_maps import Change, JointMap, JointMaps
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 NEGLIGIBLE_TURN = 3e-3  # [rad] what misses by less has been read as it was meant
 SEVERAL_TURN = 0.05  # [rad] what misses by more is read with several things changed as well

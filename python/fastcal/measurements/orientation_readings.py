@@ -12,11 +12,9 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.measurements.joint_maps import unit_slips
-
-FloatArray = NDArray[np.float64]
 
 SEQUENCES = tuple("".join(s) for s in product("XYZ", repeat=3) if s[0] != s[1] != s[2])
 AS_READ = "as read"  # Rz(rz) Ry(ry) Rx(rx): turns about the fixed axes X, Y, Z

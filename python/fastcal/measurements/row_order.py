@@ -14,11 +14,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.measurements.frame_fit import Frames, Poses, fitted, point_bounds
 from fastcal.measurements.moved_parts import MovedParts, moved_parts
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MOST_ROWS = 1500  # of more, nothing is said: distances of all rows from all points
 _NEAR = 0.01  # of the reach, between a point and where it should be

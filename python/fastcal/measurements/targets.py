@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.display.shown import Shown
 from fastcal.errors import InvalidInput
 from fastcal.measurements.conditions import TABLES
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,12 +9,10 @@ joint by k q, and a column that jumps by 360 deg makes a wave of it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.measurements.checks import RobotFacts
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 TURN = to_si(360.0, "deg")
 _WRITTEN = to_si(0.05, "deg")  # to which an end of a turn or a limit is written

@@ -5,15 +5,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.monitoring.evidence import Evidence
 from fastcal.monitoring.hypotheses import ODDS, Changing
 from fastcal.monitoring.result import Cause, Change
 from fastcal.monitoring.setting import Setting
 from fastcal.units import factor
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.003  # chance that an unchanged arm is called changed
 MOST_CAUSES = 3

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.arrays import FloatArray
 from fastcal.effects.entries import full_name, identity, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.monitoring.setups import rigid, with_base
@@ -25,8 +25,6 @@ from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.identified_spec import Values, identified_spec
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 POSTURES = 512
 _ROUNDS = 4

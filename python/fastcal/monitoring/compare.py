@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.error_statistics import ErrorStatistics
 from fastcal.calibration.parallel import one_blas_thread
 from fastcal.display import late
@@ -37,8 +37,6 @@ from fastcal.monitoring.differences import Difference, differences
 from fastcal.robot.given import RobotLike, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.units import factor
-
-FloatArray = NDArray[np.float64]
 
 OTHER_ARM = 0.05  # of the reach: RMS distance between models of different arms
 

@@ -15,10 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 WEIGHT, WIDTH = 0.3, 3.0  # of the EWMA, and its limit in standard deviations
 SLACK, LIMIT = 0.5, 7.0  # of the CUSUM: one side alone reaches it by chance once in 7,000 checks

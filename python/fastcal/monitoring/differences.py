@@ -11,16 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from fastcal.arrays import FloatArray
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.monitoring.common_gauge import Postures, ends, held_inverse, noise_of, sizes
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.robot import Robot
 from fastcal.units import factor
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.01  # of all parameters together
 

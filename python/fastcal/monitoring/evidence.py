@@ -18,10 +18,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 SCALES = (0.3, 1.0, 3.0, 10.0, 30.0)  # typical sizes: an event may be a tenth or thirty of it
 NOISE_SCALES = (1.5, 2.0, 3.0, 5.0, 10.0, 30.0)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.effects.entries import (
     build_effects,
     edge_name,
@@ -32,8 +33,6 @@ from fastcal.monitoring.drift import ZEROS, drift_of, new_effect
 from fastcal.place import joint_name, place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.units import UNITS, from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 ODDS = {"zero": 1.0, "tool": 1.0, "effect": 1.0, "new effect": 0.2, "link": 0.05, "row": 0.02, "noise": 0.3}
 _ROW_SIZE = to_si(1.0, "mm")

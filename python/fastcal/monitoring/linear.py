@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.alignment import measurements
 from fastcal.effects.entries import full_name
 from fastcal.errors import InvalidInput
@@ -30,9 +31,6 @@ from fastcal.measurements.observations import expected_columns, kind_of, sigma_c
 from fastcal.monitoring.setups import SetUp
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 MOTIONS = 6  # of a base
 _SAME = 1e-6  # least length, of 1, that other columns leave of one that does something of its own
@@ -107,7 +105,7 @@ class LinearRows:
     B: FloatArray
     motions: list[tuple[int, int]]
     R: FloatArray
-    row: IntArray
+    row: IndexArray
     sigma: FloatArray
     numbers: list[tuple[Kind, str]]
     readings: dict[Kind, int]

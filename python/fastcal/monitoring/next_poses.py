@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.design.candidates import Candidates, joint_ranges, postures, with_conditions
 from fastcal.design.planned import approached
 from fastcal.design.separation import separating_poses
@@ -23,8 +23,6 @@ from fastcal.place import joint_column
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 MOST = 6
 POWER = 0.95  # at which no more poses are asked for

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.levers import levers
 from fastcal.calibration.pictures import seen_by_model
@@ -32,8 +32,6 @@ from fastcal.place import joint_name, place_of
 from fastcal.robot.rig import PLACEMENT
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 NUMBERS = 6  # that a picture says
 ALIKE = 10.0  # BIC within which two explanations are: odds of 1 : 150

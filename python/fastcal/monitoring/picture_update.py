@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.camera_places import CameraPlace, camera_place, middles_of_boards
 from fastcal.calibration.data_notes import covered
@@ -42,8 +43,6 @@ from fastcal.robot.made_by import made_by
 from fastcal.robot.rig import PLACEMENT, with_found
 from fastcal.robot.robot import Robot
 from fastcal.units import factor, from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 SIZES = 3.0  # times as far as the check says that it moved, and the least sizes: how far a thing may have moved
 LEAST_MM, LEAST_DEG = 1.0, 0.1

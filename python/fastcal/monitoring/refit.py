@@ -18,9 +18,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.arrays import FloatArray
 from fastcal.effects.entries import full_name, identity
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.drift import drift_of
@@ -31,8 +31,6 @@ from fastcal.monitoring.setups import SetUp, set_ups
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.identified_spec import Values, identified_spec
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 EVENT_SIZES = 3.0  # typical sizes: how far what has changed may be from the model
 # Mostly three: a zero off by a degree is linear to a ten-thousandth after the second. A hundred where the model knows

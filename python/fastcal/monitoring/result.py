@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.error_statistics import ErrorStatistics
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.display import late
@@ -22,8 +22,6 @@ from fastcal.place import joint_column
 from fastcal.robot.pendant import controller_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 VERDICTS = ("holds", "changed", "cannot_tell")
 FEWEST_DEGREES = 6  # of freedom: with fewer a change hides in the base, four points have six

@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.evaluation import Compared, compared
 from fastcal.calibration.kind_errors import KindErrors, table
@@ -27,9 +27,6 @@ from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import inverse, rotation_to_rpy
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 FEWEST_POINTS = 3
 _FLAT = 1e-3  # width of the points across their longest extent, as a share of it: below, they lie on a line
@@ -52,7 +49,7 @@ class SetUp:
     """
 
     name: str
-    rows: IntArray
+    rows: IndexArray
     motion: FloatArray
     robot: Robot
     data: Dataset
@@ -102,7 +99,7 @@ def set_ups(model: Robot, data: Dataset, *, threads: int = 1) -> list[SetUp]:
     ]
 
 
-def _set_up(model: Robot, data: Dataset, name: str, rows: IntArray, threads: int) -> SetUp:
+def _set_up(model: Robot, data: Dataset, name: str, rows: IndexArray, threads: int) -> SetUp:
     part = replace(data.select(rows), station=None, station_names=())
     where = f"{data.source}, station {name}" if name else data.source
     measured = measurements(part, model)

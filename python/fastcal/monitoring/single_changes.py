@@ -5,14 +5,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.monitoring.causes import LEVEL
 from fastcal.monitoring.result import Test
 from fastcal.monitoring.setting import Setting
 from fastcal.units import factor
-
-FloatArray = NDArray[np.float64]
 
 
 def single_changes(setting: Setting) -> list[Test]:

@@ -13,13 +13,23 @@ from typing import TYPE_CHECKING, Any
 from fastcal.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from fastcal.networks.training import TrainingResult, train
 
-NETWORKS = ("mlp", "bso-mlp", "somm", "ca-somm", "ga-dnn", "gp")
+NETWORKS = ("mlp", "gp")
+ENTRY_POINTS = "fastcal.networks"  # a network's name = a function as `training.Fit` describes
 _HOMES = {"TrainingResult": "training", "train": "training"}
-_NEEDED = {"torch": "torch", "optuna": "optuna", "sklearn": "scikit-learn"}
+_NEEDED = {"torch": "torch", "sklearn": "scikit-learn"}
 
 __all__ = ["NETWORKS", "TrainingResult", "train"]
+
+
+def installed() -> dict[str, EntryPoint]:
+    """The networks of installed packages by their names; none replaces one of fastcal's own."""
+    from importlib.metadata import entry_points  # takes as long as a short command
+
+    return {point.name: point for point in entry_points(group=ENTRY_POINTS) if point.name not in NETWORKS}
 
 
 def require() -> None:

@@ -12,14 +12,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.joints import Phases, harmonics
 from fastcal.networks.problem import Problem
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 ORDERS = (4, 16, 48, 120)  # the highest sees one cycle a motor turn behind a usual reduction
 RIDGES = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
@@ -56,13 +53,13 @@ class Ridge:
         self._A = A.reshape(-1, A.shape[2])
         self._G = self._A.T @ self._A
 
-    def gram(self, own: IntArray) -> FloatArray:
+    def gram(self, own: IndexArray) -> FloatArray:
         """(K, K) A^T A of some rows; the others are taken away from all, since they are fewer."""
         other = np.setdiff1d(np.arange(len(self._rows)), own)
         others = self._rows[other].reshape(-1, self._A.shape[1])
         return np.asarray(self._G - others.T @ others)
 
-    def right(self, own: IntArray, wanted: FloatArray) -> FloatArray:
+    def right(self, own: IndexArray, wanted: FloatArray) -> FloatArray:
         """(K,) A^T r of some rows, wanted (N, k)."""
         alone = np.zeros_like(wanted)
         alone[own] = wanted[own]

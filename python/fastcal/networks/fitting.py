@@ -13,9 +13,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from fastcal.arrays import IndexArray
 from fastcal.networks.optimizers import Optimizer
 
-IntArray = NDArray[np.intp]
 Progress = Callable[[str], None]
 Watch = Callable[[int, torch.Tensor], None]
 
@@ -67,11 +67,11 @@ def loss(error: torch.Tensor, huber: float) -> torch.Tensor:
 def fit(
     model: Model,
     theta: torch.Tensor,
-    rows: Sequence[IntArray],
+    rows: Sequence[IndexArray],
     schedule: Schedule,
     seeds: Sequence[int],
     *,
-    validation: Sequence[IntArray] | None = None,
+    validation: Sequence[IndexArray] | None = None,
     progress: Progress | None = None,
     watch: Watch | None = None,
 ) -> tuple[torch.Tensor, NDArray[np.float64]]:
@@ -146,13 +146,13 @@ def _column(values: Sequence[float], theta: torch.Tensor) -> torch.Tensor:
     return torch.tensor(list(values), dtype=theta.dtype, device=theta.device)[:, None]
 
 
-def _order(own: IntArray, count: int, random: np.random.Generator) -> IntArray:
+def _order(own: IndexArray, count: int, random: np.random.Generator) -> IndexArray:
     """A shuffle of the rows, begun again where `count` are more than there are."""
     shuffles = [random.permutation(own) for _ in range(math.ceil(count / len(own)))]
     return np.concatenate(shuffles)[:count]
 
 
-def _padded(rows: Sequence[IntArray], device: torch.device) -> torch.Tensor:
+def _padded(rows: Sequence[IndexArray], device: torch.device) -> torch.Tensor:
     """(P, longest): each member's rows, repeated evenly to one length."""
     longest = max(len(own) for own in rows)
     return torch.tensor(np.array([np.resize(own, longest) for own in rows]), device=device)

@@ -12,14 +12,12 @@ import torch
 from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.joints import GaussianProcess, Phases
 from fastcal.networks.curves import phases_of
 from fastcal.networks.optimizers import Optimizer
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 MOST_NUMBERS = 4500  # of a posterior, 1500 points; more are drawn from, since its cost grows with the cube
 LIKELIHOOD_ROWS = 200
@@ -29,7 +27,7 @@ RATE = 0.08
 
 def fit_gaussian_process(
     problem: Problem,
-    rows: Sequence[IntArray],
+    rows: Sequence[IndexArray],
     options: Options,
     *,
     most_rows: int | None = None,
@@ -101,7 +99,9 @@ def hyperparameters(x: FloatArray, J: FloatArray, wanted: FloatArray, measured: 
     return np.asarray(torch.exp(best).numpy())
 
 
-def _posterior(problem: Problem, phases: Phases, x: FloatArray, own: IntArray, numbers: FloatArray) -> GaussianProcess:
+def _posterior(
+    problem: Problem, phases: Phases, x: FloatArray, own: IndexArray, numbers: FloatArray
+) -> GaussianProcess:
     J, measured = problem.J[own], problem.measured[own]
     used = np.flatnonzero(measured.ravel())
     with torch.no_grad():

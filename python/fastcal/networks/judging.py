@@ -11,15 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.applicability import Guard, coordinates, margins
 from fastcal.correction.correction import Correction, limited_twist, spread
 from fastcal.correction.experts import Expert
 from fastcal.correction.uncertainty import DEVIATIONS, Uncertainty
 from fastcal.networks.problem import Problem
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 MARGIN_DEG = 5.0  # beyond the trained interval of a joint, as a joint profile
 FAR = 1.5  # times the distance up to which a correction helps: where it is zero
@@ -97,7 +95,7 @@ def _uncertainty(
     return Uncertainty.fitted(known[trusted], apart[trusted], before[rows])
 
 
-def guard_of(problem: Problem, own: IntArray) -> Guard:
+def guard_of(problem: Problem, own: IndexArray) -> Guard:
     """The guard of some training rows; its distances are still to be found."""
     inputs = problem.inputs.select(own)
     turning = np.array([float(kind == "revolute") for kind in problem.robot.joint_types])

@@ -16,15 +16,13 @@ import torch
 from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.joints import JointNetwork
 from fastcal.networks.curves import CORNER, Ridge, choose, columns, phases_of
 from fastcal.networks.fitting import Schedule, fit
 from fastcal.networks.options import Options
 from fastcal.networks.population import Architecture, Population
 from fastcal.networks.problem import Problem
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 HIDDEN = (32, 32)
 ROUNDS = 2
@@ -59,7 +57,7 @@ class JointErrors:
 
 def fit_mlp(
     problem: Problem,
-    rows: Sequence[IntArray],
+    rows: Sequence[IndexArray],
     options: Options,
     *,
     hidden: Sequence[int] = HIDDEN,

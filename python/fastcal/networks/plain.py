@@ -11,15 +11,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.experts import AxisNetworks
 from fastcal.correction.inputs import Scaling
 from fastcal.networks.fitting import Schedule, fit
 from fastcal.networks.options import Options
 from fastcal.networks.population import Architecture, Population
 from fastcal.networks.problem import Problem
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 
 class Coordinates:
@@ -54,11 +52,11 @@ def train_plain(
     problem: Problem,
     members: Sequence[Architecture],
     axes: Sequence[Sequence[int]],
-    rows: Sequence[IntArray],
+    rows: Sequence[IndexArray],
     schedule: Schedule,
     options: Options,
     *,
-    validation: Sequence[IntArray] | None = None,
+    validation: Sequence[IndexArray] | None = None,
     start: torch.Tensor | None = None,
     seeds: Sequence[int] | None = None,
     watch: Callable[[int, list[AxisNetworks]], None] | None = None,
@@ -91,7 +89,7 @@ def train_plain(
 
 
 def fit_plain(
-    problem: Problem, rows: Sequence[IntArray], options: Options, *, architecture: Architecture, schedule: Schedule
+    problem: Problem, rows: Sequence[IndexArray], options: Options, *, architecture: Architecture, schedule: Schedule
 ) -> list[AxisNetworks]:
     """One network with all outputs for each set of rows: the plain rival of the papers' networks."""
     members = [architecture] * len(rows)

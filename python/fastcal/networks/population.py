@@ -15,12 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.correction.dense import DenseNet
 from fastcal.networks.layers import Hidden, Place, outputs
-
-FloatArray = NDArray[np.float64]
 
 PRELU_START = 0.25
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.evaluation import ALIGNED_BETTER, realigned
 from fastcal.calibration.prediction import rotations
 from fastcal.correction import Inputs
@@ -18,9 +19,6 @@ from fastcal.measurements.splits import deal
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import turns_from
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 FEWEST_ROWS = 30
 REGION_ROWS = 20
@@ -51,9 +49,9 @@ class Problem:
     inputs: Inputs
     residuals: FloatArray
     measured: NDArray[np.bool_]
-    regions: IntArray
-    folds: IntArray
-    left_out: IntArray
+    regions: IndexArray
+    folds: IndexArray
+    left_out: IndexArray
     gross: int
     any_load: bool = False
 
@@ -65,7 +63,7 @@ class Problem:
         """K."""
         return int(self.folds.max()) + 1
 
-    def training_rows(self) -> list[IntArray]:
+    def training_rows(self) -> list[IndexArray]:
         """For each fold, the rows of all others."""
         return [np.flatnonzero(self.folds != fold) for fold in range(self.fold_count)]
 
@@ -107,7 +105,7 @@ class Problem:
         J = self.inputs.J_tool_q[:, : self.residuals.shape[1]] * (self.size / self.units)[:, np.newaxis]
         return np.asarray(J * self.measured[:, :, np.newaxis])
 
-    def left(self, twist: FloatArray, rows: IntArray) -> FloatArray:
+    def left(self, twist: FloatArray, rows: IndexArray) -> FloatArray:
         """(M, k) of the residuals of M rows after a twist (M, 6) [m; rad]; 0 where not measured."""
         count = self.residuals.shape[1]
         return np.where(self.measured[rows], self.residuals[rows] - twist[:, :count], 0.0)
@@ -227,7 +225,7 @@ def _refuse_other_places(data: Dataset, predicted: FloatArray) -> None:
             )
 
 
-def cells(q: FloatArray, rows: int) -> IntArray:
+def cells(q: FloatArray, rows: int) -> IndexArray:
     """(N,) cells of joint space of about `rows` rows: halved at the median of the widest joint until small enough.
 
     Rows with the same q are in one cell.
@@ -245,7 +243,7 @@ def cells(q: FloatArray, rows: int) -> IntArray:
     return out
 
 
-def _halves(q: FloatArray, own: IntArray) -> list[IntArray]:
+def _halves(q: FloatArray, own: IndexArray) -> list[IndexArray]:
     """The rows below and above the median of the joint with the greatest deviation that can be halved; else none."""
     for joint in np.argsort(-q[own].std(axis=0), kind="stable"):
         values = q[own, joint]

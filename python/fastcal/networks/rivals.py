@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingRegressor
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.calibrate import calibrate
 from fastcal.correction.experts import BoostedTrees, Neighbours
 from fastcal.correction.inputs import Scaling
@@ -20,14 +20,11 @@ from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem, residuals_of
 from fastcal.robot.robot import Robot
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-
 NEIGHBOUR_COUNTS = (2, 4, 8, 16)
 BOOSTING = {"max_iter": 300, "learning_rate": 0.05, "early_stopping": False}
 
 
-def fit_neighbours(problem: Problem, rows: Sequence[IntArray], options: Options) -> list[Neighbours]:
+def fit_neighbours(problem: Problem, rows: Sequence[IndexArray], options: Options) -> list[Neighbours]:
     """Neighbours of each set of rows; their number is the one of least mean error on the other rows."""
     best, least = None, np.inf
     for count in NEIGHBOUR_COUNTS:
@@ -44,18 +41,18 @@ def fit_neighbours(problem: Problem, rows: Sequence[IntArray], options: Options)
     return best
 
 
-def _neighbours(problem: Problem, own: IntArray, count: int) -> Neighbours:
+def _neighbours(problem: Problem, own: IndexArray, count: int) -> Neighbours:
     inputs = problem.inputs.select(own)
     scaling = Scaling.of(inputs)
     return Neighbours(scaling, scaling(inputs), problem.residuals[own], count)
 
 
-def fit_boosting(problem: Problem, rows: Sequence[IntArray], options: Options) -> list[BoostedTrees]:
+def fit_boosting(problem: Problem, rows: Sequence[IndexArray], options: Options) -> list[BoostedTrees]:
     """Histogram gradient boosting, one set of trees a coordinate, for each set of rows."""
     return [_boosted(problem, own, options.seed) for own in rows]
 
 
-def _boosted(problem: Problem, own: IntArray, seed: int) -> BoostedTrees:
+def _boosted(problem: Problem, own: IndexArray, seed: int) -> BoostedTrees:
     inputs = problem.inputs.select(own)
     scaling = Scaling.of(inputs)
     x, wanted, measured = scaling(inputs), problem.wanted[own], problem.measured[own]
@@ -87,7 +84,7 @@ def trees_of(boosted: Any) -> Trees:
     return Trees(np.vstack(parts), np.array(roots, dtype=np.intp), float(np.ravel(boosted._baseline_prediction)[0]))
 
 
-def with_profiles(robot: Robot, problem: Problem, own: IntArray, threads: int) -> Robot:
+def with_profiles(robot: Robot, problem: Problem, own: IndexArray, threads: int) -> Robot:
     """The model identified again on some rows, with a profile of every joint besides what it has."""
     effects = f"geometry,{curve_of('joint')}"
     return calibrate(robot, problem.data.select(own), effects=effects, checks=False, threads=threads).model

@@ -11,44 +11,35 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.applicability import Guard
 from fastcal.correction.experts import Expert
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.networks import NETWORKS
-from fastcal.networks.bso_mlp import fit_bso_mlp
-from fastcal.networks.ca_somm import fit_ca_somm
+from fastcal.networks import NETWORKS, installed
 from fastcal.networks.device import device_of, one_thread
-from fastcal.networks.ga_dnn import fit_ga_dnn
 from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.judging import Judged, judge
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem, lengths_mm, problem_of, turns_deg
 from fastcal.networks.rivals import fit_boosting, fit_neighbours, profile_errors, with_profiles
-from fastcal.networks.somm import fit_somm
 from fastcal.networks.transfer import ALONE, NOTHING, PRIOR, SHIFTED, Transfer, transfer
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 Scores = dict[str, dict[str, float]]
-Fit = Callable[[Problem, Sequence[IntArray], Options], Sequence[Expert]]
+Fit = Callable[[Problem, Sequence[IndexArray], Options], Sequence[Expert]]
 
 FITS: dict[str, Fit] = {
     "mlp": fit_mlp,
-    "bso-mlp": fit_bso_mlp,
-    "somm": fit_somm,
-    "ca-somm": fit_ca_somm,
-    "ga-dnn": fit_ga_dnn,
     "gp": fit_gaussian_process,
     "knn": fit_neighbours,
     "boosting": fit_boosting,
 }
-ENSEMBLES = {"mlp": 3, "bso-mlp": 2, "somm": 2, "ca-somm": 2, "ga-dnn": 2}  # members a fold; others have one
+MEMBERS = {"mlp": 3, "gp": 1, "knn": 1, "boosting": 1}  # of the ensemble, a fold
+INSTALLED_MEMBERS = 2  # of a network that another package offers
 RIVALS = ("gp", "knn", "boosting", "joint-profiles")
 MIN_GAIN = 3.0  # standard errors: the guard's reach was chosen on the same rows, which flatters a little
 WORSE = 1.1  # a region is reported as worse where its mean error rises by more than a tenth
@@ -127,7 +118,7 @@ def train(
     Args:
         robot: A calibrated model; a correction that it has is left aside.
         data: Measured poses, those it was calibrated on or others.
-        network: One of `fastcal.networks.NETWORKS`.
+        network: mlp, gp, or one that an installed package offers, such as those of papers in fastcal-studies.
         rivals: Which of gp, knn, boosting, joint-profiles to compare with.
         folds: K.
         seed: The same seed gives the same model.
@@ -147,8 +138,12 @@ def train(
     Raises:
         InvalidInput: An unknown network or rival, too few rows, or no measured points.
     """
-    if network not in NETWORKS:
-        raise InvalidInput(f"expected a network of {', '.join(NETWORKS)}, got {network!r}")
+    known = (*NETWORKS, *installed())
+    if network not in known:
+        raise InvalidInput(
+            f"expected a network of {', '.join(known)}, got {network!r} "
+            "(pip install 'fastcal-studies[networks]' brings those of papers)"
+        )
     if unknown := set(rivals) - set(RIVALS):
         raise InvalidInput(f"expected rivals of {', '.join(RIVALS)}, got {min(unknown)!r}")
     progress = progress or (lambda text: None)
@@ -179,6 +174,17 @@ def train(
         errors["joint-profiles"] = profile_errors(problem, threads)
     found = _result(network, problem, judged, errors, threads)
     return replace(found, notes=[*options.notes, *found.notes])
+
+
+def _fit_of(name: str) -> Fit:
+    """What trains a network or rival: fastcal's own, or what an installed package offers."""
+    if name in FITS:
+        return FITS[name]
+    try:
+        fit: Fit = installed()[name].load()
+    except Exception as error:
+        raise InvalidInput(f"the installed network '{name}' cannot be loaded: {error}") from error
+    return fit
 
 
 def _transferred(network: str, moved: Transfer, data: Dataset, why: str = "") -> TrainingResult:
@@ -230,18 +236,18 @@ def _sizes(scores: Scores, turn_scores: Scores) -> dict[str, str]:
 
 def _experts(name: str, problem: Problem, options: Options) -> list[list[Expert]]:
     """For each fold the members that are trained without it; each also leaves out a tenth of the other regions."""
-    members = ENSEMBLES.get(name, 1)
+    members = MEMBERS.get(name, INSTALLED_MEMBERS)
     random = np.random.default_rng((options.seed, 4))
     rows = [
         _without_some(problem, own, random) if members > 1 else own
         for own in problem.training_rows()
         for _ in range(members)
     ]
-    found = list(FITS[name](problem, rows, options))
+    found = list(_fit_of(name)(problem, rows, options))
     return [found[k : k + members] for k in range(0, len(found), members)]
 
 
-def _without_some(problem: Problem, own: IntArray, random: np.random.Generator) -> IntArray:
+def _without_some(problem: Problem, own: IndexArray, random: np.random.Generator) -> IndexArray:
     regions = np.unique(problem.regions[own])
     dropped = random.permutation(regions)[: len(regions) // 10]
     return own[~np.isin(problem.regions[own], dropped)]

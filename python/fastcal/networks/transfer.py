@@ -15,8 +15,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.prediction import without_correction
 from fastcal.correction.correction import Correction, spread
@@ -30,8 +30,6 @@ from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.options import Options
 from fastcal.networks.problem import REGION_ROWS, Problem, cells, residuals_of
 from fastcal.robot.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 FEWEST_ROWS = 10
 LEAST_FOLDS = 5  # with fewer, few rows are a geometry of half of them

@@ -15,12 +15,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.programs.program import ACTIVE, Document, Frame, Kind, Language, Left, Move, Number, Program, Target, Word
 from fastcal.programs.syntax import Node
-
-FloatArray = NDArray[np.float64]
 
 LARGEST = 1e12  # mm or deg; 9E9 stands for an axis that is not there
 SOMEWHERE = (math.nan, math.nan, math.nan)  # an offset that is not known

@@ -8,12 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.programs.program import ACTIVE, Frame, Move, Program, Target
 from fastcal.robot import se3
-
-FloatArray = NDArray[np.float64]
 
 
 def _identity() -> FloatArray:

@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from pathlib import PurePath
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.programs.languages import read_program
 from fastcal.programs.makers import language_of_arm
 from fastcal.programs.program import Document
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 AXES = 6
 _FASTEST_RAD_S = 2.1  # URScript takes a speed and no share of the greatest one

@@ -5,12 +5,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.robot import se3
-
-FloatArray = NDArray[np.float64]
 
 _ROUNDING = 1e-9  # rad
 

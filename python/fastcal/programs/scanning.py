@@ -14,9 +14,9 @@ LARGEST = 1e12  # mm or deg; 9E9 stands for an axis that is not there
 DEEPEST = 50  # brackets within brackets
 
 
-def blanked(text: str, comment: str, quote: str = '"') -> str:
+def blanked(text: str, comment: str) -> str:
     """The text with comments (from `comment` to the end of the line) and quoted texts made spaces, in place."""
-    pattern = rf"{quote}[^{quote}\n]*{quote}?|{comment}[^\r\n]*"
+    pattern = rf'"[^"\n]*"?|{comment}[^\r\n]*'
     return re.sub(pattern, lambda match: " " * len(match[0]), text)
 
 

@@ -12,16 +12,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.programs.languages import doubts_on_joints
 from fastcal.programs.measuring import Cycles, Stop, as_written, write_cycles
 from fastcal.programs.program import Document
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 RUN_UP = to_si(2.0, "deg")
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.measurements.kinds import POINTS
 from fastcal.place import joint_name
 from fastcal.report.figures import spread_rows
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from fastcal.monitoring.result import CheckResult
     from fastcal.report.parameter_sizes import Moved
 
-Array = NDArray[np.float64]
 
 _APART = 0.5  # [mm] frames that are nearer than this in every posture are drawn as one point
 _MOST_COMPARED = 200  # postures of a comparison
@@ -49,9 +49,9 @@ class Arm:
         stations: Names of the values of the variable `station`.
     """
 
-    points: Array
+    points: FloatArray
     joints: list[int]
-    contributions: Array | None
+    contributions: FloatArray | None
     rows: list[tuple[int, int]]
     labels: list[str]
     variables: list[Variable] = field(default_factory=list)
@@ -114,7 +114,7 @@ def _variables(drawn: Sequence[tuple[Rows, Evaluation, NDArray[np.intp]]]) -> li
     return found
 
 
-def checked_arm(found: CheckResult) -> tuple[Array, Array, Arm] | None:
+def checked_arm(found: CheckResult) -> tuple[FloatArray, FloatArray, Arm] | None:
     """Measured points and errors (R, 3) [mm] of a check, and the arm there; None where no whole point was measured.
 
     A joint's contribution is how far its changes move the tool, each as found alone, root of their squares' sum.
@@ -140,7 +140,7 @@ def checked_arm(found: CheckResult) -> tuple[Array, Array, Arm] | None:
     return np.asarray(from_si(found.data.position[kept], "mm")), np.asarray(from_si(errors[kept], "mm")), arm
 
 
-def compared_arm(found: Comparison, moved: Sequence[Moved]) -> tuple[Array, Array, Arm]:
+def compared_arm(found: Comparison, moved: Sequence[Moved]) -> tuple[FloatArray, FloatArray, Arm]:
     """Points of the first model, the way to the second's (R, 3) [mm] and the arm there, in the first one's base.
 
     A joint's contribution is how far its significant differences move the tool, root of their squares' sum.
@@ -161,7 +161,7 @@ def compared_arm(found: Comparison, moved: Sequence[Moved]) -> tuple[Array, Arra
     return np.asarray(from_si(found.points[chosen], "mm")), np.asarray(from_si(found.apart[chosen], "mm")), arm
 
 
-def accepted_arm(found: Acceptance) -> tuple[Array, Array, Arm]:
+def accepted_arm(found: Acceptance) -> tuple[FloatArray, FloatArray, Arm]:
     """Commanded points, the mean of what was attained less them (K, 3) [mm], and the arm there, in its base."""
     model, test = found.model, found.campaign
     q = np.array([test.data.q[station.rows[0]] for station in test.stations])
@@ -174,7 +174,7 @@ def accepted_arm(found: Acceptance) -> tuple[Array, Array, Arm]:
     return np.asarray(from_si(test.commanded, "mm")), np.asarray(from_si(off, "mm")), arm
 
 
-def skeleton(robot: Robot, q: Array) -> tuple[Array, list[int]]:
+def skeleton(robot: Robot, q: FloatArray) -> tuple[FloatArray, list[int]]:
     """Points (R, P, 3) [mm] of the chain at q (R, n), those that lie on each other once, and those of the joints."""
     frames = np.asarray(from_si(np.asarray(robot.core.frame_origins(np.ascontiguousarray(q))), "mm"))
     kept, place = [0], [0]
@@ -185,7 +185,7 @@ def skeleton(robot: Robot, q: Array) -> tuple[Array, list[int]]:
     return frames[:, kept], [place[2 * i + 1] for i in range(robot.joint_count)]
 
 
-def contributions(model: Robot, before: Robot, data: Dataset) -> Array | None:
+def contributions(model: Robot, before: Robot, data: Dataset) -> FloatArray | None:
     """(n,) [mm] how far the tool is off (RMS over rows) where one joint alone is left as it was.
 
     Joint i then has the geometry that it had `before`, and no effect that is of it or of its link. None where the two

@@ -98,10 +98,16 @@ def _calibration_page(found: CellResult) -> str:
         sections.append(Section("notes", _("Notes"), notes=notes))
     tone, word = _TONES[found.status][0], _(_TONES[found.status][1])
     verdict = Verdict(tone, word, _headline(found), [])
+    if found.moved is not None:
+        names = ", ".join(found.moved)
+        told = _("{names} moved since the calibration.", names=names) if names else _("Nothing moved.")
+        sections.insert(0, Section("moved", _("What may have moved"), told))
     tiles = [] if main is None else _tiles(found, main)
     return cell_page(
         found.cell,
-        (_("Calibration of {cell}", cell=found.cell.name), _("Calibration of a cell")),
+        (_("Calibration of {cell}", cell=found.cell.name), _("Calibration of a cell"))
+        if found.moved is None
+        else (_("Update of {robot}", robot=found.cell.name), _("Update of a cell")),
         verdict,
         tiles,
         sections,

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.diagnosis.words import owner_in_words
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key, Trace
@@ -21,7 +21,6 @@ from fastcal.units import ShopUnit, from_si, shop_unit
 if TYPE_CHECKING:
     from fastcal.diagnosis.partial_residuals import PartialResidual
 
-Array = NDArray[np.float64]
 
 CURVE = "#d55e00"
 POINTS = 500
@@ -36,7 +35,7 @@ class Axis:
     """A variable as it is drawn: its title, and values (K,) in its unit."""
 
     title: str
-    values: Array
+    values: FloatArray
     texts: dict[float, str]
 
 
@@ -86,7 +85,9 @@ def effect_figures(found: PartialResidual, owner: str, id_: str) -> list[Figure]
     return made
 
 
-def _traces(axis: Axis, before: Array, after: Array, fitted: Array, deviation: Array) -> list[Trace]:
+def _traces(
+    axis: Axis, before: FloatArray, after: FloatArray, fitted: FloatArray, deviation: FloatArray
+) -> list[Trace]:
     x = axis.values
     shown = figures.spread_rows(len(x), POINTS)
     levels = np.unique(x)
@@ -120,7 +121,7 @@ def _traces(axis: Axis, before: Array, after: Array, fitted: Array, deviation: A
     return traces
 
 
-def _band(x: Array, y: Array, deviation: Array) -> list[Trace]:
+def _band(x: FloatArray, y: FloatArray, deviation: FloatArray) -> list[Trace]:
     reach = _COVERAGE * deviation
     around = np.concatenate([x, x[::-1]]), np.concatenate([y - reach, (y + reach)[::-1]])
     fill = {"fill": "toself", "fillcolor": figures.translucent(CURVE, 0.25), "line": {"width": 0}}
@@ -176,7 +177,7 @@ def _axis(found: PartialResidual, owner: str) -> Axis:
     return axis
 
 
-def _axis_of(name: str, x: Array, unit: str, owner: str) -> Axis:
+def _axis_of(name: str, x: FloatArray, unit: str, owner: str) -> Axis:
     """A variable in the unit in common use; `unit` is that of x."""
     number = "".join(c for c in name if c.isdigit())
     if name == f"q{number}":

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from fastcal.report.language import decimal_sign
 
-Array = NDArray[np.float64]
 Trace = dict[str, Any]
 
 INK, MUTED, GRID, AXIS = "#1d2731", "#5b6770", "#e3e8ec", "#aab4bd"

@@ -7,28 +7,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import percent, significant
 from fastcal.report.language import _
-
-Array = NDArray[np.float64]
 
 GRID = (8, 6)  # parts across and down of which each should hold a corner
 _MOST = 4000  # corners that are drawn
 _LONGEST = 0.06  # of the picture's width: the length of the 95th percentile's arrow
 
 
-def covered(uv: Array, size_px: Sequence[int]) -> float:
+def covered(uv: FloatArray, size_px: Sequence[int]) -> float:
     """Share of the parts of a picture that hold a corner of uv (K, 2) [px]."""
     known = uv[np.isfinite(uv).all(axis=1)]
     counts, _x, _y = np.histogram2d(known[:, 0], known[:, 1], bins=GRID, range=[[0, side - 1] for side in size_px])
     return float(np.mean(counts > 0))
 
 
-def coverage_figure(camera: str, uv: Array, size_px: Sequence[int]) -> Figure:
+def coverage_figure(camera: str, uv: FloatArray, size_px: Sequence[int]) -> Figure:
     """Corners uv (K, 2) of all pictures of a camera, in one."""
     known = uv[np.isfinite(uv).all(axis=1)]
     shown = known[figures.spread_rows(len(known), _MOST)]
@@ -50,7 +48,7 @@ def coverage_figure(camera: str, uv: Array, size_px: Sequence[int]) -> Figure:
     )
 
 
-def residual_figure(camera: str, uv: Array, residual: Array, size_px: Sequence[int]) -> Figure | None:
+def residual_figure(camera: str, uv: FloatArray, residual: FloatArray, size_px: Sequence[int]) -> Figure | None:
     """What is left of corners uv (K, 2), as enlarged lines from where they were seen to where they are drawn."""
     known = np.isfinite(uv).all(axis=1) & np.isfinite(residual).all(axis=1)
     if not known.any():

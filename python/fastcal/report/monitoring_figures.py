@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.events import misfit_of
@@ -19,8 +18,6 @@ from fastcal.report.formatting import plural
 from fastcal.report.language import _
 from fastcal.report.tables import in_words, unit_text
 from fastcal.units import from_si
-
-Array = NDArray[np.float64]
 
 _MOST_TESTS = 14
 _CELLS = 14

@@ -16,13 +16,14 @@ from fastcal.io.tables import write_csv
 from fastcal.monitoring.arms import ArmChecks
 from fastcal.monitoring.compare import Comparison
 from fastcal.monitoring.history import History
+from fastcal.monitoring.picture_update import PictureUpdate
 from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.update import UpdateResult
 from fastcal.report.arms_report import arms_page
 from fastcal.report.check_report import check_page
 from fastcal.report.comparison_report import comparison_page
 from fastcal.report.history_report import history_page
-from fastcal.report.update_report import update_page
+from fastcal.report.update_report import picture_update_page, update_page
 
 UPDATE_FILES = ("model.yaml", "result.json", "report.html")
 COMPARISON_FILES = ("compare.json", "report.html")
@@ -52,13 +53,18 @@ def write_arm_checks(found: ArmChecks, folder: Place, *, language: str = "en") -
         (place / "report.html").write_text(arms_page(found, language), encoding="utf-8")
 
 
-def write_update(found: UpdateResult, folder: Place, *, language: str = "en") -> None:
+def write_update(found: UpdateResult | PictureUpdate, folder: Place, *, language: str = "en") -> None:
     """Writes model.yaml, result.json and report.html."""
-    with atomic_folder(folder, owned=UPDATE_FILES) as place:
+    if isinstance(found, PictureUpdate):
+        source = "pictures" if found.status == "converged" else "pictures, which it does not explain"
+        text = picture_update_page(found, language)
+    else:
         source = ", ".join(PurePath(each).name for each in found.before.data.source.split(", "))
+        text = update_page(found, language)
+    with atomic_folder(folder, owned=UPDATE_FILES) as place:
         write_spec(found.model.spec, place / "model.yaml", f"Updated by fastcal {fastcal.__version__} from {source}")
         write_json(place / "result.json", found.to_json_dict())
-        (place / "report.html").write_text(update_page(found, language), encoding="utf-8")
+        (place / "report.html").write_text(text, encoding="utf-8")
 
 
 def write_comparison(found: Comparison, folder: Place, *, language: str = "en") -> None:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal.calibration.result import IdentifiedParameter
 from fastcal.effects.entries import edge_name
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from fastcal.monitoring.compare import Comparison
     from fastcal.robot.robot import Robot
 
-Array = NDArray[np.float64]
 
 MOST = 24  # parameters drawn
 _MOST_ROWS = 500  # that sizes are found from

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.camera.thumbnails import thumbnail
 from fastcal.report import figures
 from fastcal.report.cards import Card, data_url
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from fastcal.calibration.evaluation import Evaluation
     from fastcal.robot.robot import Robot
 
-Array = NDArray[np.float64]
 
 CORNERS = "corner"
 _WORST = 6  # pictures that are shown
@@ -46,8 +45,8 @@ class _Picture:
     camera: str
     board: str
     row: int
-    uv: Array
-    left: Array
+    uv: FloatArray
+    left: FloatArray
 
     @property
     def rms(self) -> float:

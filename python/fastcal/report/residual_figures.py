@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.measurements.kinds import KindNoise
 from fastcal.report import charts, figures
 from fastcal.report.formatting import count, percent
@@ -17,13 +18,11 @@ from fastcal.report.language import _
 from fastcal.report.trends import Trend, judged_rows
 from fastcal.report.view import Rows, Variable
 
-Array = NDArray[np.float64]
-
 POINT_LIMIT = 250
 LOUDER = (0.1, 0.3)  # shares of the variance from which a trend is clear, and strong
 
 
-def arrows(sets: list[Rows]) -> tuple[Array, Array, Array] | None:
+def arrows(sets: list[Rows]) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     """Positions and residuals before and after (N, 3) in mm of all rows that are complete; None where none is."""
     whole = [(rows, rows.with_arrows) for rows in sets if rows.with_arrows.any()]
     if not whole:

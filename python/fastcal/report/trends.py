@@ -17,10 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.gamma_tail import gamma_tail
 from fastcal.calibration.some_rows import some_rows
-
-Array = NDArray[np.float64]
 
 MOST_ROWS = 50_000  # that trends are looked for in: a share of 3 % of the variance is beyond doubt with far fewer
 BIN_COUNT = 16
@@ -37,10 +36,10 @@ _COVERAGE = 1.96
 class BinnedMedian:
     """Medians of y in bins of x; all (K,), `low` and `high` bound the 95 % band of each median."""
 
-    x: Array
-    median: Array
-    low: Array
-    high: Array
+    x: FloatArray
+    median: FloatArray
+    low: FloatArray
+    high: FloatArray
 
 
 @dataclass(frozen=True)
@@ -63,12 +62,12 @@ def judged_rows(row_count: int) -> NDArray[np.intp]:
     return some_rows(row_count, MOST_ROWS)
 
 
-def bins_of(x: Array, bin_count: int = BIN_COUNT) -> NDArray[np.intp]:
+def bins_of(x: FloatArray) -> NDArray[np.intp]:
     """(N,) the bin of each row of x (N,), in the order of x and of about equal count; -1 in thin bins.
 
     Equal x share a bin.
     """
-    bin_count = min(bin_count, max(1, len(x) // ROWS_PER_BIN))
+    bin_count = min(BIN_COUNT, max(1, len(x) // ROWS_PER_BIN))
     ordered = np.sort(x)
     edges = np.unique(np.quantile(ordered, np.linspace(0.0, 1.0, bin_count + 1))) if len(x) else np.zeros(0)
     if len(edges) < 2:
@@ -80,7 +79,7 @@ def bins_of(x: Array, bin_count: int = BIN_COUNT) -> NDArray[np.intp]:
     return np.where(is_full, np.cumsum(is_full) - 1, -1)[bins]
 
 
-def binned_medians(x: Array, columns: Array) -> list[BinnedMedian]:
+def binned_medians(x: FloatArray, columns: FloatArray) -> list[BinnedMedian]:
     """Medians of each column (N, m) in bins of x (N,); rows where either is NaN are left out."""
     if np.isfinite(x).all() and np.isfinite(columns).all():
         bins = _rows_by_bin(x)
@@ -89,7 +88,7 @@ def binned_medians(x: Array, columns: Array) -> list[BinnedMedian]:
     return [binned_median(x, y) for y in columns.T]
 
 
-def binned_median(x: Array, y: Array) -> BinnedMedian:
+def binned_median(x: FloatArray, y: FloatArray) -> BinnedMedian:
     """The same of one column (N,)."""
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
@@ -97,17 +96,17 @@ def binned_median(x: Array, y: Array) -> BinnedMedian:
     return _binned(_medians(x, bins), y, bins)
 
 
-def _rows_by_bin(x: Array) -> list[NDArray[np.intp]]:
+def _rows_by_bin(x: FloatArray) -> list[NDArray[np.intp]]:
     bins = bins_of(x).astype(np.int16)  # which numpy sorts by counting
     in_order = np.argsort(bins, kind="stable")
     return np.split(in_order, np.searchsorted(bins[in_order], np.arange(bins.max(initial=-1) + 1)))[1:]
 
 
-def _medians(x: Array, bins: list[NDArray[np.intp]]) -> Array:
+def _medians(x: FloatArray, bins: list[NDArray[np.intp]]) -> FloatArray:
     return np.array([np.median(x[rows]) for rows in bins])
 
 
-def _binned(centre: Array, y: Array, bins: list[NDArray[np.intp]]) -> BinnedMedian:
+def _binned(centre: FloatArray, y: FloatArray, bins: list[NDArray[np.intp]]) -> BinnedMedian:
     parts = [y[rows] for rows in bins]
     median = np.array([np.median(part) for part in parts])
     spread = np.array([_MAD_TO_SIGMA * np.median(np.abs(part - m)) for part, m in zip(parts, median, strict=True)])
@@ -118,7 +117,7 @@ def _binned(centre: Array, y: Array, bins: list[NDArray[np.intp]]) -> BinnedMedi
 class Ranks:
     """Ranks of numbers from 1, equal numbers sharing the mean of theirs, and what Kruskal and Wallis need of them."""
 
-    def __init__(self, y: Array) -> None:
+    def __init__(self, y: FloatArray) -> None:
         """Of finite y (N,)."""
         _, places, counts = np.unique(y, return_inverse=True, return_counts=True)
         n = len(y)
@@ -135,7 +134,7 @@ class Ranks:
         return float((12 / (n * (n + 1)) * sums.sum() - 3 * (n + 1)) / self.ties)
 
 
-def trends(variables: Mapping[str, Array], residual: Array) -> dict[str, Trend]:
+def trends(variables: Mapping[str, FloatArray], residual: FloatArray) -> dict[str, Trend]:
     """Score of each variable (N,), by its name, against the columns of residual (N, m).
 
     NaN in a variable or a column leaves that one number out. The share is the mean over the columns, each weighted with
@@ -148,18 +147,18 @@ def trends(variables: Mapping[str, Array], residual: Array) -> dict[str, Trend]:
 class _Column:
     """The finite numbers of a column: their rows, and their ranks."""
 
-    def __init__(self, y: Array) -> None:
+    def __init__(self, y: FloatArray) -> None:
         self.is_known = np.isfinite(y)
         self.y = y[self.is_known]
         self.ranks = Ranks(self.y)
         self.variance = _variance(self.y)
 
 
-def _variance(y: Array) -> float:
+def _variance(y: FloatArray) -> float:
     return float(np.median(np.abs(y - np.median(y)))) ** 2 if len(y) else 0.0
 
 
-def _trend(x: Array, columns: list[_Column]) -> Trend:
+def _trend(x: FloatArray, columns: list[_Column]) -> Trend:
     statistic, freedom = 0.0, 0
     shares, variances = [], []
     of_all = bins_of(x) if np.isfinite(x).all() else None

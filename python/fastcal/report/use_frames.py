@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.prediction import Prediction
 from fastcal.compensation import Compensation, PathAccuracy
 from fastcal.design.result import PoseDesign
@@ -18,8 +18,6 @@ from fastcal.ik.inverse_kinematics import InverseKinematics
 from fastcal.measurements.targets import Targets
 from fastcal.report.frames import frame
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 
 def _joints(q: FloatArray, joint_types: Sequence[str]) -> dict[str, Any]:

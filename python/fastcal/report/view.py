@@ -173,7 +173,7 @@ def _rows(
         kind=kind,
         name=name,
         source=str(data.source),
-        position=np.full_like(point_after, np.nan) if data.position is None else _millimetres(data.position),
+        position=_millimetres(data.points),
         components=tuple(measured),
         residual=np.column_stack(list(measured.values())),
         point_before=point_before,

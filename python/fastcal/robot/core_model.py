@@ -5,15 +5,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.robot.loops import loop_arguments
 from fastcal.robot.robot_spec import Compensator, Frame, Joint, Link, RobotSpec, Spec, structured
 from fastcal.robot.structure import build_structure, frame_names
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 ROW_KEYS = {
     "theta": "theta_deg",

@@ -16,9 +16,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.correction import Correction
 from fastcal.display.shown import Shown
 from fastcal.effects.entries import build_effects, full_name
@@ -35,7 +35,6 @@ from fastcal.units import to_si
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-FloatArray = NDArray[np.float64]
 _NOT_OF_THE_CHAIN = {"base", "tool", "effects", "equilibrium", "calibration", "correction", "made_by", "notes"}
 CHOICES = {
     "kinematics": ("dh", "mdh", "poe", "urdf"),

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot_spec import RobotSpec
 from fastcal.units import to_si
 
-FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
 
 _TURN = 1e-12  # of a quaternion's part that is no turn

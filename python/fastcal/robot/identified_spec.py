@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.effects.entries import traits_of
 from fastcal.effects.values import written_parameters
 from fastcal.place import joint_name
@@ -20,8 +20,6 @@ from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.robot_spec import Joint, structured
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 
 class Solution(Protocol):

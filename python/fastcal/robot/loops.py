@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.place import place_of
 from fastcal.robot.robot_spec import Joint, RobotSpec, Spec
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 STATUSES = ("closed", "singular", "other_branch", "open")

@@ -15,13 +15,12 @@ from dataclasses import dataclass
 from graphlib import TopologicalSorter
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fastcal.arrays import FloatArray
 from fastcal.place import joint_position
 from fastcal.robot.robot_spec import RobotSpec
 from fastcal.units import from_si, to_si
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

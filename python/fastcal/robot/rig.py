@@ -8,16 +8,15 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.place import place_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot_spec import Spec
 from fastcal.units import from_si, to_si
 
-FloatArray = NDArray[np.float64]
 Entries = Mapping[str, Spec] | None
 
 SQUARES = ("checkerboard", "charuco")  # whose columns and rows are squares

@@ -8,9 +8,10 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.correction import Corrected, Inputs
 from fastcal.display import late
 from fastcal.effects.entries import build_effects
@@ -23,7 +24,6 @@ from fastcal.robot.loops import Assembly, assemble
 from fastcal.robot.robot_spec import Spec
 from fastcal.robot.se3 import rotations_by
 
-FloatArray = NDArray[np.float64]
 _MOST_NUMBERS = 2**23  # of Jacobians that are in memory at once
 
 

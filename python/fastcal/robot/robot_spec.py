@@ -14,15 +14,14 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.units import to_si
 
 if TYPE_CHECKING:
     from fastcal.correction import Correction
 
-FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
 Entry = dict[str, Any]  # of an effect: effect, owner, parameters, and options that the effect alone knows
 Vector = tuple[float, float, float]

@@ -7,40 +7,39 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fastcal import _core
-
-Array = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 _LOCKED = 1e-14  # a cosine of the pitch that is rounding and nothing else
 
 
-def skew(w: ArrayLike) -> Array:
+def skew(w: ArrayLike) -> FloatArray:
     """The matrix [w]x with [w]x p = w x p."""
     x, y, z = np.asarray(w, dtype=float)
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def rotation_x(angle: float) -> Array:
+def rotation_x(angle: float) -> FloatArray:
     """Rx(angle), rad."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
-def rotation_y(angle: float) -> Array:
+def rotation_y(angle: float) -> FloatArray:
     """Ry(angle), rad."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
-def rotation_z(angle: float) -> Array:
+def rotation_z(angle: float) -> FloatArray:
     """Rz(angle), rad."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def pose(rotation: ArrayLike | None = None, position: ArrayLike | None = None) -> Array:
+def pose(rotation: ArrayLike | None = None, position: ArrayLike | None = None) -> FloatArray:
     """T = [R p; 0 1]; the identity for what is left out."""
     T = np.eye(4)
     if rotation is not None:
@@ -50,19 +49,19 @@ def pose(rotation: ArrayLike | None = None, position: ArrayLike | None = None) -
     return T
 
 
-def inverse(T: Array) -> Array:
+def inverse(T: FloatArray) -> FloatArray:
     """T_b_a from T_a_b."""
     R = T[:3, :3].T
     return pose(R, -R @ T[:3, 3])
 
 
-def rpy_to_rotation(rpy: ArrayLike) -> Array:
+def rpy_to_rotation(rpy: ArrayLike) -> FloatArray:
     """R = Rz(yaw) Ry(pitch) Rx(roll) of fixed-axis XYZ angles in rad, as URDF."""
     roll, pitch, yaw = np.asarray(rpy, dtype=float)
     return rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
 
 
-def rotation_to_rpy(R: Array) -> Array:
+def rotation_to_rpy(R: FloatArray) -> FloatArray:
     """Roll, pitch, yaw of R in rad; exact at any pitch, as the roll is taken after the yaw is undone.
 
     At pitch = +-90 degrees, where only roll and yaw together are defined, the yaw is 0.
@@ -74,7 +73,7 @@ def rotation_to_rpy(R: Array) -> Array:
     return np.array([roll, math.atan2(-R[2, 0], cosine), yaw])
 
 
-def screw_motion(omega: Array, v: Array, q: Array) -> Array:
+def screw_motion(omega: FloatArray, v: FloatArray, q: FloatArray) -> FloatArray:
     """The motions exp(S q), S = (omega, v) in space: q (N,) -> (N, 4, 4); |omega| is 1, or 0 for a slide along v.
 
     Rodrigues' formula: R = 1 + sin q W + (1 - cos q) W^2,  p = (q + (1 - cos q) W + (q - sin q) W^2) v,  W = [omega]x.
@@ -89,12 +88,12 @@ def screw_motion(omega: Array, v: Array, q: Array) -> Array:
     return T
 
 
-def rotations_by(turns: Array) -> Array:
+def rotations_by(turns: FloatArray) -> FloatArray:
     """(N, 3, 3) of rotation vectors (N, 3) [rad]."""
     return np.array([_core.exp_so3(turn) for turn in np.ascontiguousarray(turns)]).reshape(-1, 3, 3)
 
 
-def turns_from(R_from: Array, R_to: Array) -> Array:
+def turns_from(R_from: FloatArray, R_to: FloatArray) -> FloatArray:
     """(N, 3) rotation vectors w [rad] with exp(w) R_from = R_to; NaN rows of either stay NaN."""
     R = R_to @ R_from.transpose(0, 2, 1)
     known = np.isfinite(R).all(axis=(1, 2))
@@ -103,7 +102,7 @@ def turns_from(R_from: Array, R_to: Array) -> Array:
     return turns
 
 
-def turn_between(a: Array, b: Array, about: Array) -> Array:
+def turn_between(a: FloatArray, b: FloatArray, about: FloatArray) -> FloatArray:
     """A rotation that brings unit vector a to unit vector b: the least one up to 90 degrees.
 
     Beyond, where the least one is ill-defined near 180 degrees, a half turn about `about` (unit, across a) goes first.

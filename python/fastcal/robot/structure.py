@@ -10,14 +10,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.place import place_of
 from fastcal.units import to_si
 
 Spec = dict[str, Any]
-FloatArray = NDArray[np.float64]
 
 _SECTION = (
     "young_pa", "area_m2", "inertia_z_m4", "inertia_y_m4", "torsion_m4", "shear_pa", "shear_area_y_m2",

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.evaluation import pose_groups
 from fastcal.calibration.kind_noise import length_noise, noise_by_kind
@@ -25,8 +26,6 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal
 from fastcal.selection.set_search import Sets
-
-FloatArray = NDArray[np.float64]
 
 LEAST_EFFECT = 0.1  # standard deviations a plausible size: what has less is held at nominal, as in identification
 

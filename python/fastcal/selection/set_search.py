@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Members = NDArray[np.bool_]  # (S, m), a row a set, a column a parameter
 
 TIE = 1e-9  # relative: errors as close are those of sets that make the same predictions

@@ -47,10 +47,9 @@ def fill(folder: Path, say: Callable[[str], None]) -> None:
     nominal = project.choose_robot(ARM)
     q = fastcal.random_poses(nominal, ROWS, seed=1)
     data = _measured(nominal, q, 1)
-    assert data.position is not None  # noqa: S101 - points are simulated
     names = [f"P{k + 1:03d}" for k in range(ROWS)]
     order = np.random.default_rng(0).permutation(ROWS)
-    point = np.round(from_si(data.position, "mm"), 4)
+    point = np.round(from_si(data.points, "mm"), 4)
     text = ["// " + HEAD.strip("# \n"), "Collection,Group,Target,X,Y,Z"]
     text += [f"A,demo,{names[k]},{point[k, 0]},{point[k, 1]},{point[k, 2]}" for k in order]
     joints = np.round(from_si(q, "deg"), 4)

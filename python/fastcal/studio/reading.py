@@ -215,8 +215,7 @@ def _held_against(robot: Robot, reading: Reading, data: Dataset, problem: str, n
         placed = realign(bare, data)
     except FastcalError as error:
         return Understood(reading, data, None, problem or str(error), notes=notes)
-    assert data.position is not None  # noqa: S101 - asked for before
-    misfit = np.linalg.norm(placed.poses(data)[:, :3, 3] - data.position, axis=1)
+    misfit = np.linalg.norm(placed.poses(data)[:, :3, 3] - data.points, axis=1)
     suspicion = ""
     try:
         check_columns(robot, data)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot, Spec
 from fastcal.surrogate.blocks import Block, choose_blocks
@@ -31,9 +32,6 @@ from fastcal.surrogate.held_out import (
 )
 from fastcal.surrogate.problem import ResidualProblem, misfit, residual_problem
 from fastcal.surrogate.thresholds import Thresholds
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 _ROWS = 1200  # that blocks are chosen on: more add nothing about a smooth curve
 _ROWS_FITTED = 6000
@@ -79,7 +77,7 @@ def add_surrogate(
     thresholds: Thresholds,
     unknowns: FloatArray | None = None,
     exclude: frozenset[str] = frozenset(),
-    folds: Sequence[IntArray] = (),
+    folds: Sequence[IndexArray] = (),
     threads: int = 1,
 ) -> AddedSurrogate:
     """Places what a calibrated model leaves and adds a surrogate of it, if evidence and poses left out both agree.
@@ -109,7 +107,7 @@ def _added(
     thresholds: Thresholds,
     unknowns: FloatArray | None,
     exclude: frozenset[str],
-    folds: Sequence[IntArray],
+    folds: Sequence[IndexArray],
     threads: int,
 ) -> tuple[AddedSurrogate, bool]:
     """`add_surrogate`, and whether nothing is added since what was found first changes with time or temperature."""

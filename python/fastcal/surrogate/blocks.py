@@ -9,16 +9,14 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.surrogate.candidates import Candidate, directions
 from fastcal.surrogate.evidence import Beside, Weighed
 from fastcal.surrogate.features import Features
 from fastcal.surrogate.problem import ResidualProblem
 from fastcal.surrogate.thresholds import Thresholds
-
-FloatArray = NDArray[np.float64]
 
 _WIDTHS = {1: (0.07, 0.15, 0.35, 0.8), 2: (0.25, 0.6), 3: (0.4, 0.8)}  # of an input's range, by the number of inputs
 _NODES = {1: 24, 2: 40, 3: 60}

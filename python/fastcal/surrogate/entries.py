@@ -7,15 +7,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.arrays import FloatArray
 from fastcal.robot.robot import Spec
 from fastcal.surrogate.blocks import Block
 from fastcal.surrogate.evidence import Beside
 from fastcal.surrogate.problem import ResidualProblem
-
-FloatArray = NDArray[np.float64]
 
 _COMPONENTS = 8  # of the function's uncertainty that a model keeps
 

@@ -16,14 +16,11 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.tall import gram
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _INDEPENDENT = 1e-6  # of unit columns: what those before it leave of each
 _SIZES = 10.0 ** np.arange(-1.5, 3.01, 0.25)  # of a, in noise: columns of a block have mean square 1

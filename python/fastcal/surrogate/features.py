@@ -13,11 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
-
-FloatArray = NDArray[np.float64]
+from fastcal.arrays import FloatArray
 
 _LEAST = 1e-6  # of the largest eigenvalue: below, a feature is rounding
 _APART = 0.6  # widths: nodes nearer to each other add nothing

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.calibration.pose_folds import measuring_place
 from fastcal.calibration.repeatability import place_groups, pose_groups
@@ -19,8 +20,6 @@ from fastcal.surrogate.candidates import Candidate
 from fastcal.surrogate.evidence import held_out_squares
 from fastcal.surrogate.problem import FOLDS, ResidualProblem
 from fastcal.surrogate.thresholds import Thresholds
-
-FloatArray = NDArray[np.float64]
 
 _FEW_ROWS = 100  # where the choice of blocks itself is part of what poses left out must confirm
 _CHOSEN_AGAIN = 400  # rows up to which that costs little for the one surrogate that has passed all else

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.pose_folds import pose_folds
 from fastcal.calibration.problem import asked_parameters, shown_ends
@@ -20,8 +21,6 @@ from fastcal.robot.robot import Robot, Spec
 from fastcal.surrogate.candidates import directions
 from fastcal.surrogate.features import Features, features
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _Kernel = tuple[tuple[str, ...], tuple[float, ...], int]
 
 FOLDS = 8

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """A tool, a base and a part from a few touches: where they are, how surely, and what is missing, in words."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,25 @@ def test_a_tool_is_found_and_its_deviation_covers(kind: str, count: int) -> None
         assert np.abs(error).max() < 40  # of an answer from the right start; the tool is 185 mm long
         inside.append(np.abs(error) < 1.96 * std)
     assert 0.9 <= np.mean(inside) <= 0.99  # 180 numbers: 93 to 97 % but for 2 standard errors
+
+
+def test_a_spheres_radius_is_found_with_its_deviation() -> None:
+    """From one that is 1 mm off; with the tool, whose deviation counts it."""
+    inside, told = [], []
+    for seed in range(60):
+        data = touches("anchor", 14, seed)
+        data = replace(data, distance=np.full(len(data), RADIUS + 1e-3))
+        found = find_place(sent(), data, "tool", find_radius=True)
+        error, std = off(found, np.array(TOOL["xyz_mm"]) / 1e3)
+        assert found.radius is not None
+        inside.append(np.abs(error) < 1.96 * std)
+        told.append(abs(found.radius[0] - RADIUS) < 1.96 * found.radius[1])
+        assert found.radius[1] < 1e-3
+    assert 0.9 <= np.mean(inside) <= 0.99
+    assert np.mean(told) >= 0.85  # of 60 at 95 %: fewer come by in 1 of 600 cases
+    socket = touches("socket", 8, 1)
+    with pytest.raises(InvalidInput, match="expected touches of spheres, anchor and one distance_mm"):
+        find_place(sent(), socket, "tool", find_radius=True)
 
 
 def test_a_base_and_a_part_are_found_from_three_points_and_from_many() -> None:

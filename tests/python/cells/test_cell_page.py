@@ -45,13 +45,13 @@ def test_places_are_held_weakly_where_the_geometry_is(tmp_path: Path) -> None:
     """All that stands on the column can turn about its joint against it, and no reading shows that."""
     cell = cell_of(tmp_path)
     asked = asked_parameters(cell, waved(cell, 3, None))
-    assert priors(cell, asked, [], None) == {}
+    assert priors(cell, asked, [], None).options == {}
     held = priors(cell, asked, [], 3.0)
     places = [i for i in asked if cell.core.parameters[i].owner in ("left.base", "column.base", "smr_left")]
     assert len(places) == 15  # three of a target of which points are read
     sizes = np.array([cell.core.parameters[i].sigma for i in places])
-    assert np.allclose(held["prior_sigma"][places], WEAK * sizes)
-    assert np.array_equal(held["prior_mean"], cell.model.start)
+    assert np.allclose(held.sigma[places], WEAK * sizes)
+    assert np.array_equal(held.mean, cell.model.start)
 
 
 def test_errors_of_a_camera_and_places_of_its_board(tmp_path: Path) -> None:

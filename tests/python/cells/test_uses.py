@@ -167,14 +167,13 @@ def test_cells_that_have_nothing_in_common_are_not_compared(tmp_path: Path) -> N
         compare_cells(cell, other)
 
 
-@pytest.mark.parametrize("command", ["update", "compensate", "convert", "template", "accept", "train", "drop"])
+@pytest.mark.parametrize("command", ["compensate", "convert", "template", "accept", "train", "drop"])
 def test_what_takes_one_arm_says_what_takes_several(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, poses = written(tmp_path, content()), tmp_path / "poses.csv"
     poses.write_text("q1_deg\n0\n")
     more = {
-        "update": [str(poses)],
         "compensate": [str(poses)],
         "convert": ["--to", "dh"],
         "template": [],
@@ -184,5 +183,8 @@ def test_what_takes_one_arm_says_what_takes_several(
     }[command]
     assert main([command, str(path), *more, "-o", str(tmp_path / "out.csv")]) == 2
     said = capsys.readouterr().err
-    assert "expected one arm, got 3; calibrate, evaluate, diagnose, check, compare, predict, simulate, design" in said
+    assert (
+        "expected one arm, got 3; calibrate, evaluate, diagnose, check, update, compare, predict, simulate, design"
+        in said
+    )
     assert said.count("\n") == 1

@@ -60,8 +60,10 @@ class Scene:
                 out.append(q)
         return np.array(out)
 
-    def write(self, folder: Path, count: int, noise_px: float = 0.1, prefix: str = "") -> FloatArray:
-        """Writes the cell, poses.csv and corners.csv; the pictures (N, K, 2)."""
+    def write(
+        self, folder: Path, count: int, noise_px: float = 0.1, prefix: str = "", repeats_deg: float = 0.0
+    ) -> FloatArray:
+        """Writes the cell, poses.csv and corners.csv, by joints that repeat so far; the pictures (N, K, 2)."""
         joints = [
             {"type": "revolute", "theta_deg": t, "d_mm": d, "a_mm": a, "alpha_deg": r} for t, d, a, r in camera.DH
         ]
@@ -83,7 +85,8 @@ class Scene:
         q = self.postures(count)
         lines = [",".join(f"{value:.9f}" for value in row) for row in q]
         (folder / f"{prefix}poses.csv").write_text("\n".join([",".join(COLUMNS), *lines]) + "\n")
-        uv = np.array([self.picture(row) for row in q])
+        there = q + repeats_deg * self.random.standard_normal(q.shape) * [0, *[1] * 7] if repeats_deg else q
+        uv = np.array([self.picture(row) for row in there])
         uv += noise_px * self.random.standard_normal(uv.shape)
         camera.write_corners(folder, uv, f"{prefix}corners.csv")
         return uv

@@ -54,6 +54,18 @@ def test_a_tool_goes_into_the_robot_file_with_its_deviation(fastcal, robot: Path
     assert all(0 < std < 0.2 for std in content["std_mm"])
 
 
+def test_a_spheres_radius_is_found_where_it_is_asked_for(fastcal, robot: Path, tmp_path: Path) -> None:
+    data = touches("anchor", 14, 2)
+    titles, columns = joints(data.q)
+    path = table(tmp_path / "ball.csv", [*titles, "anchor", "distance_mm"], [*columns, ["ball"] * 14, [26.0] * 14])
+    asked = ["place", robot, path, "--what", "tool", "--find-radius", "-o", tmp_path / "out.yaml"]
+    radius, std = json.loads(fastcal(*asked, "--json").out)["radius_mm"]
+    assert abs(radius - 25.0) < 4 * std < 1.0
+    assert "radius of the sphere 2" in (tmp_path / "out.yaml").read_text().splitlines()[0]
+    asked[4] = "base"
+    assert "--find-radius is for a tool of one arm that touched a sphere" in fastcal(*asked).err
+
+
 def test_a_part_goes_into_a_cell_whose_arm_is_fixed(fastcal, tmp_path: Path) -> None:
     arm().save(tmp_path / "robot.yaml")
     q = DOWN + np.random.default_rng(5).uniform(-0.5, 0.5, (6, 6))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fastcal import robots
+from fastcal.arrays import FloatArray
 from fastcal.conversion import KINDS, convert
 from fastcal.conversion.chain import chain_of, frame_of, si
 from fastcal.errors import InvalidInput
@@ -16,23 +17,22 @@ from fastcal.io.robot_file import read_spec
 from fastcal.io.robot_schema import check_spec
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
-from fastcal.robot.se3 import Array
 
 Spec = dict[str, Any]
 
 
-def tool_poses(spec: Spec, q: Array) -> Array:
+def tool_poses(spec: Spec, q: FloatArray) -> FloatArray:
     """T_measuring_tool (N, 4, 4) by the screws."""
     return frame_of(spec["base"]) @ chain_of(spec).forward(q) @ frame_of(spec["tool"])
 
 
-def postures(spec: Spec, count: int = 100, seed: int = 0) -> Array:
+def postures(spec: Spec, count: int = 100, seed: int = 0) -> FloatArray:
     """Joint positions within the limits, (count, n) SI."""
     limits = Robot(spec).limits
     return np.random.default_rng(seed).uniform(limits[:, 0], limits[:, 1], (count, len(limits)))
 
 
-def worst(a: Array, b: Array) -> float:
+def worst(a: FloatArray, b: FloatArray) -> float:
     """The largest distance [m] or, for small ones, angle [rad] between two stacks of poses."""
     angles = np.linalg.norm(a[:, :3, :3] - b[:, :3, :3], axis=(1, 2)) / np.sqrt(2.0)
     return float(max(np.linalg.norm(a[:, :3, 3] - b[:, :3, 3], axis=1).max(), angles.max()))
@@ -42,7 +42,7 @@ def revolute(**geometry: Any) -> Spec:
     return {"type": "revolute", "min_deg": -170, "max_deg": 170} | geometry
 
 
-def poe_arm(axes: list[tuple[Any, Any]], home: Array | None = None, **more: Any) -> Spec:
+def poe_arm(axes: list[tuple[Any, Any]], home: FloatArray | None = None, **more: Any) -> Spec:
     """A canonical arm of hinges along directions (normalised here) through points in mm."""
     joints = [revolute(omega=list(np.asarray(w) / np.linalg.norm(w)), point_mm=list(map(float, p))) for w, p in axes]
     T = np.eye(4) if home is None else home

@@ -98,7 +98,7 @@ def test_a_search_that_is_cut_short_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(search, "MAX_WORK", 1.0)
     found = diagnose(arm(), data, sigma=SIGMA)
     assert found.search.is_cut_short
-    assert len(found.search.seen) <= rules.BEAM_WIDTH + rules.CHILDREN_PER_NODE + 8
+    assert len(found.search.seen) <= search.BEAM_WIDTH + rules.CHILDREN_PER_NODE + 8
     assert any("cut short" in note for note in found.notes)
     assert found.verdict == "unexplained"
     assert all(f.grade != "A" for f in found.effects)

@@ -12,12 +12,12 @@ import pinocchio
 import pytest
 
 from fastcal import calibrate
+from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.robot_file import load_robot, write_spec
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
-from fastcal.robot.se3 import Array
 
 FOLDER = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 FILES = sorted(FOLDER.rglob("*.urdf"))
@@ -67,7 +67,7 @@ def without_origins(xml: str) -> str:
     return re.sub(r"<origin\b[^>]*>", "<origin>", xml)
 
 
-def by_pinocchio(xml: str, robot: Robot, q: Array) -> Array:
+def by_pinocchio(xml: str, robot: Robot, q: FloatArray) -> FloatArray:
     """(N, 4, 4) of the tip link in the base link."""
     model = pinocchio.buildModelFromXML(xml)
     data = model.createData()
@@ -128,7 +128,7 @@ def test_a_public_urdf_is_calibrated_and_comes_back_in_place(path: Path, tmp_pat
     np.testing.assert_allclose(tip, found.model.forward(q[:20]), atol=1e-9)
 
 
-def _core_pose(frame: dict[str, list[float]]) -> Array:
+def _core_pose(frame: dict[str, list[float]]) -> FloatArray:
     """T of {xyz_mm, rpy_deg}, by the oracle's own rotations."""
     R = pinocchio.rpy.rpyToMatrix(*np.radians(frame["rpy_deg"]))
     return se3.pose(R, np.array(frame["xyz_mm"]) / 1000)

@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 import fastcal
+from fastcal.arrays import FloatArray
 from fastcal.io.ur_files import JOINTS, LINKS
 from fastcal.robot import se3
-from fastcal.robot.se3 import Array
 
 # As ur_description has them for the UR5: x y z roll pitch yaw.
 UR5 = {
@@ -38,7 +38,7 @@ def kinematics(values: dict[str, tuple[float, ...]] = UR5, named: str | None = "
     return yaml.safe_dump({"kinematics": content | ({"hash": named} if named else {})}, sort_keys=False)
 
 
-def forward(content: dict, q: Array) -> Array:
+def forward(content: dict, q: FloatArray) -> FloatArray:
     """(N, 4, 4) of tool0 in the controller's base, by the meaning of the file."""
     out = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     for k, link in enumerate(LINKS):
@@ -50,7 +50,7 @@ def forward(content: dict, q: Array) -> Array:
 
 
 @pytest.fixture
-def q() -> Array:
+def q() -> FloatArray:
     return np.random.default_rng(0).uniform(-3, 3, (40, 6))
 
 
@@ -60,7 +60,7 @@ def bare(robot: fastcal.Robot) -> fastcal.Robot:
     return fastcal.Robot(robot.spec | {"base": frame, "tool": frame})
 
 
-def test_a_kinematics_file_is_a_robot(tmp_path: Path, q: Array) -> None:
+def test_a_kinematics_file_is_a_robot(tmp_path: Path, q: FloatArray) -> None:
     (tmp_path / "default_kinematics.yaml").write_text(kinematics())
     robot = fastcal.load_robot(tmp_path / "default_kinematics.yaml")
     assert [joint["name"] for joint in robot.spec["joints"]] == list(JOINTS)
@@ -70,7 +70,7 @@ def test_a_kinematics_file_is_a_robot(tmp_path: Path, q: Array) -> None:
     assert fastcal.load_robot(tmp_path / "robot.yaml").spec == robot.spec
 
 
-def test_what_else_a_kinematics_file_holds_is_passed_over(tmp_path: Path, q: Array) -> None:
+def test_what_else_a_kinematics_file_holds_is_passed_over(tmp_path: Path, q: FloatArray) -> None:
     """As ur_description does; a mark of byte order, Windows' line ends and remarks are no matter either."""
     text = f"%YAML 1.2\n---\n# Zelle 3, Müller\n{kinematics()}meta: {{owner: Größe}}\n...\n"
     (tmp_path / "kept.yaml").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
@@ -79,7 +79,7 @@ def test_what_else_a_kinematics_file_holds_is_passed_over(tmp_path: Path, q: Arr
     np.testing.assert_array_equal(kept.forward(q), plain.forward(q))
 
 
-def test_a_calibrated_arm_becomes_a_kinematics_file_with_its_hash(run, tmp_path: Path, q: Array) -> None:
+def test_a_calibrated_arm_becomes_a_kinematics_file_with_its_hash(run, tmp_path: Path, q: FloatArray) -> None:
     (tmp_path / "kinematics.yaml").write_text(kinematics())
     nominal = fastcal.load_robot(tmp_path / "kinematics.yaml")
     true = fastcal.perturbed(nominal, seed=4)
@@ -93,7 +93,7 @@ def test_a_calibrated_arm_becomes_a_kinematics_file_with_its_hash(run, tmp_path:
     np.testing.assert_allclose(again.forward(q), bare(model).forward(q), atol=1e-12)
 
 
-def test_dh_rows_become_the_frames_of_ur_description(run, tmp_path: Path, q: Array) -> None:
+def test_dh_rows_become_the_frames_of_ur_description(run, tmp_path: Path, q: FloatArray) -> None:
     code, said = run("convert", "ur5", "--to", "ur_kinematics", "-o", "new.yaml")
     assert code == 0
     assert "no controller's hash" in said
@@ -116,7 +116,7 @@ def test_dh_rows_become_the_frames_of_ur_description(run, tmp_path: Path, q: Arr
     np.testing.assert_allclose(forward(content, q), bare(model).forward(q), atol=1e-12)
 
 
-def test_a_urdf_of_ur_description_gives_the_frames_behind_its_turned_base(run, tmp_path: Path, q: Array) -> None:
+def test_a_urdf_of_ur_description_gives_the_frames_behind_its_turned_base(run, tmp_path: Path, q: FloatArray) -> None:
     """base_link_inertia is base_link turned by half a turn; flange and tool0 lie in the frame of joint 6."""
     lines = ['<robot name="ur"><link name="base_link"/><link name="base_link_inertia"/>']
     lines += [f'<link name="{link}_link"/>' for link in LINKS] + ['<link name="flange"/><link name="tool0"/>']
@@ -140,7 +140,7 @@ def test_a_urdf_of_ur_description_gives_the_frames_behind_its_turned_base(run, t
     np.testing.assert_allclose(forward(content, q), forward(yaml.safe_load(kinematics()), q), atol=1e-12)
 
 
-def test_a_controller_s_deltas_make_the_arm_that_it_knows(run, tmp_path: Path, q: Array) -> None:
+def test_a_controller_s_deltas_make_the_arm_that_it_knows(run, tmp_path: Path, q: FloatArray) -> None:
     (tmp_path / "calibration.conf").write_text(CONF)
     arguments = "convert", "ur5", "--ur-calibration", "calibration.conf"
     assert run(*arguments, "--to", "dh", "-o", "mine.yaml")[0] == 0

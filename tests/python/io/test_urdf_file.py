@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from fastcal import robots
+from fastcal.arrays import FloatArray
 from fastcal.conversion import convert
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.robot_file import load_robot, read_spec, write_spec
 from fastcal.io.urdf_chain import read_chain
 from fastcal.io.urdf_file import urdf_text, what_urdf_loses
 from fastcal.robot import se3
-from fastcal.robot.se3 import Array
 
 Spec = dict[str, Any]
 
@@ -34,12 +34,12 @@ XML = """<robot name="two">
 """
 
 
-def numbers(element: ET.Element | None, key: str) -> Array:
+def numbers(element: ET.Element | None, key: str) -> FloatArray:
     assert element is not None
     return np.array([float(x) for x in element.attrib[key].split()])
 
 
-def forward(xml: str, q: Array) -> Array:
+def forward(xml: str, q: FloatArray) -> FloatArray:
     """(N, 4, 4) of the last link in the first, as URDF means it, where the joints stand in their order."""
     T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     column = 0

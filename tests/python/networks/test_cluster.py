@@ -11,10 +11,10 @@ distributed = pytest.importorskip("distributed")
 import joblib  # noqa: E402 - what is asked for first decides whether the file is skipped
 
 from fastcal.measurements.dataset import Dataset  # noqa: E402
-from fastcal.networks import ga_dnn  # noqa: E402
 from fastcal.networks.options import Options  # noqa: E402
 from fastcal.networks.problem import problem_of  # noqa: E402
 from fastcal.robot.robot import Robot  # noqa: E402
+from fastcal_studies.networks import ga_dnn  # noqa: E402
 
 
 @pytest.mark.filterwarnings("ignore")  # of Dask's own clean-up

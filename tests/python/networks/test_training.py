@@ -202,7 +202,7 @@ def test_cells_are_small_and_keep_repeated_poses_together() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"network": "perceptron"}, "expected a network of mlp, bso-mlp"),
+        ({"network": "perceptron"}, "expected a network of mlp, gp"),
         ({"rivals": ["chance"]}, "expected rivals of gp, knn"),
         ({"folds": 1}, "at least 2 folds"),
         ({"folds": 100}, "regions, too few for 100 folds"),
@@ -231,7 +231,7 @@ def test_without_torch_the_message_names_the_extra(monkeypatch: pytest.MonkeyPat
 
 def test_a_trained_model_is_used_without_torch(saved: Path, unseen: Dataset, trained: TrainingResult) -> None:
     script = (
-        "import sys; sys.modules['torch'] = None; sys.modules['sklearn'] = None; sys.modules['optuna'] = None\n"
+        "import sys; sys.modules['torch'] = None; sys.modules['sklearn'] = None\n"
         "import fastcal, numpy\n"
         f"model = fastcal.load_robot({str(saved)!r})\n"
         "print(repr(model.forward(numpy.full((1, 6), 0.2), payload=5.0)[0, :3, 3].tolist()))"

@@ -8,10 +8,11 @@ import pytest
 pytest.importorskip("torch")
 
 import fastcal
+from fastcal.arrays import FloatArray
 from fastcal.measurements.dataset import Dataset
 from fastcal_studies import staubli_rx160l as study
 from fastcal_studies import staubli_rx160l_best
-from fastcal_studies.simulated import FloatArray, Unmodelled, measure
+from fastcal_studies.simulated import Unmodelled, measure
 from fastcal_studies.staubli_rx160l_best import SHARES, best, with_process
 
 

@@ -64,7 +64,6 @@ def _evaluation(robot: Robot, count: int, seed: int, outliers: list[int], name: 
         None,
         ErrorStatistics.of(distances(after)),
         before,
-        lengths[0],
         ErrorStatistics.of(distances(before)),
         kinds=table(now, was),
     )

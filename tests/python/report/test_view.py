@@ -55,7 +55,7 @@ def test_points_are_spoken_of_and_lengths_have_their_own_line() -> None:
     data = Dataset(np.zeros((3, 6)), np.zeros(3), position=np.zeros((3, 3)), distance=np.ones(3))
     numbers = {kind_named("position"): point[:, np.newaxis], kind_named("length"): length.reshape(-1, 1, 1)}
     judged = ErrorStatistics.of(distances(point))
-    found = Evaluation(data, point, length, None, judged, point, length, judged, kinds=table(numbers, numbers))
+    found = Evaluation(data, point, length, None, judged, point, judged, kinds=table(numbers, numbers))
     rows = rows_of("Training", found, TYPES)
     assert rows is not None
     assert rows.components == ("x", "y", "z")

@@ -7,14 +7,10 @@ from __future__ import annotations
 import math
 import re
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fastcal.arrays import FloatArray
 from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs import orientation
 from fastcal.programs.program import Number, Target, decimal
-
-FloatArray = NDArray[np.float64]
 
 _LETTERS = ("NF", "DU", "BT")  # true, false
 _TURNED = (0, 3, 5)  # joints, from 0, whose turns CONFIG counts: $SCR_GRP[1].$TURN_AXIS of the controller

@@ -6,14 +6,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fastcal.arrays import FloatArray
 from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs import orientation
 from fastcal.programs.program import Number, Target, decimal
-
-FloatArray = NDArray[np.float64]
 
 _QUARTER = math.pi / 2
 

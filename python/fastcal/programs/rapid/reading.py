@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fastcal.arrays import FloatArray
 from fastcal.programs import orientation
 from fastcal.programs.book import NOWHERE, SOMEWHERE, Book, Place, any_of
 from fastcal.programs.flow import State, Walker
@@ -21,8 +21,6 @@ from fastcal.programs.rapid.moves import moves, roles
 from fastcal.programs.rapid.statements import routines
 from fastcal.programs.syntax import Node, Routine, Statement
 from fastcal.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 _POSE_UNITS = ("mm", "mm", "mm", "1", "1", "1", "1")
 _CONFIGURATION = ("cf1", "cf4", "cf6", "cfx")

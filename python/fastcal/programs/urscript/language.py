@@ -4,15 +4,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fastcal.arrays import FloatArray
 from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs import orientation
 from fastcal.programs.program import Number, Target
 from fastcal.units import from_si
-
-FloatArray = NDArray[np.float64]
 
 _DIGITS = 7  # of a metre and of a radian: 0.1 um
 

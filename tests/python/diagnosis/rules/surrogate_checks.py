@@ -11,7 +11,7 @@ import numpy as np
 
 from fastcal import calibrate
 from fastcal.calibration.alignment import measurements
-from fastcal.diagnosis import remaining_surrogate, rules
+from fastcal.diagnosis import remaining_surrogate
 from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.diagnosis.result import Unexplained
@@ -74,7 +74,7 @@ def curves_of_two_joints_are_added() -> None:
 
 @falls_with(SURROGATE_EVIDENCE=-1.0)
 def noise_leaves_nothing_unexplained() -> None:
-    with mock.patch.object(rules, "SURROGATE_HELD_OUT", 2.0):  # nor by poses left out
+    with mock.patch.object(remaining_surrogate, "SURROGATE_HELD_OUT", 2.0):  # nor by poses left out
         names, unexplained = added(False)
     assert names == ""
     assert unexplained is UNEXPLAINED

@@ -71,7 +71,7 @@ def test_the_page_has_every_rule_with_its_number_and_reason() -> None:
     assert all(len(reason) > 10 and len(reason.split()) < 30 for _, _, reason in rows)
 
 
-@pytest.mark.parametrize("page", ["diagnosis.md", "diagnosis-method.md"])
+@pytest.mark.parametrize("page", ["diagnosis.md", "diagnosis-method.md", "diagnosis-rules.md"])
 def test_a_page_can_be_read_to_its_end(page: str) -> None:
     read = [word for word in (DOCS / page).read_text(encoding="utf-8").split() if re.search(r"[^\W\d_]", word)]
     assert len(read) < MOST_WORDS, f"{page} has {len(read)} words: say it shorter, or on a page of its own"

@@ -18,7 +18,7 @@ from fastcal.networks.options import Options
 from fastcal.networks.plain import train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem
-from fastcal.networks.search import Candidate, losses_of, study_of
+from fastcal_studies.networks.search import Candidate, losses_of, study_of
 
 IntArray = NDArray[np.intp]
 

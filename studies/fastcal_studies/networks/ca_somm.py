@@ -23,7 +23,7 @@ from fastcal.correction.trees import Trees
 from fastcal.networks.options import Options
 from fastcal.networks.problem import Problem
 from fastcal.networks.rivals import trees_of
-from fastcal.networks.somm import AxisSizes, fit_somm, sizes_of
+from fastcal_studies.networks.somm import AxisSizes, fit_somm, sizes_of
 
 IntArray = NDArray[np.intp]
 
