@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from calibration.bench_arm import ROWS, TOOL, robot
-from calibration.test_known_lengths import SOCKETS, reaching
 from fastcal.calibration.postures import too_few_postures
 from fastcal.diagnosis import diagnose
 from fastcal.diagnosis.library import build_library
@@ -19,6 +17,9 @@ from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.effects.entries import traits_of
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
+
+from .bench_arm import ROWS, TOOL, robot
+from .test_known_lengths import SOCKETS, reaching
 
 FloatArray = NDArray[np.float64]
 
