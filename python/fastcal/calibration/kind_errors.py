@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.error_statistics import ErrorStatistics
 from fastcal.measurements.kinds import POINTS, Kind, in_order
 
@@ -63,6 +63,11 @@ class KindErrors:
             return self.of_all
         before = None if self.before is None else ErrorStatistics.of(self.before.ravel())
         return before, ErrorStatistics.of(self.after.ravel())
+
+    def after_without(self, places: IndexArray) -> ErrorStatistics | None:
+        """Of the rows that are not at these places, after; None where not all rows are here, or none is left."""
+        kept = np.delete(self.after, places, axis=0)
+        return None if self.of_all is not None or not np.isfinite(kept).any() else ErrorStatistics.of(kept.ravel())
 
     def to_json_dict(self) -> dict[str, Any]:
         """An entry of `kinds`: unit, count, before, after."""

@@ -243,6 +243,15 @@ def _(result: CalibrationResult) -> list[str]:
                     **{name: sized(of.kind, size) for name, size in sizes.items()},
                 )
             )
+            gross = part.places(result.outliers) if part is result.train and result.loss != "none" else np.zeros(0)
+            if len(gross) and (left := of.after_without(gross)) is not None:
+                lines.append(
+                    translated(
+                        "  without the rows that are outliers: RMS {after} after, largest {most_after}",
+                        after=sized(of.kind, left.rms),
+                        most_after=sized(of.kind, left.max),
+                    )
+                )
     lines += noise_lines(result.noise.values())
     lines += [translated(camera.sentence) for camera in result.cameras]
     if result.held:

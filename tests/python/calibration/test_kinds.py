@@ -30,6 +30,17 @@ SETS = 13 if os.environ.get("FASTCAL_TEST_FULL") == "1" else 2  # of each way to
 WIDTH = {"position": 3, "orientation": 3, "length": 1, "plane": 1, "tilt": 2}
 
 
+def test_rows_that_are_outliers_are_told_apart_in_the_summary() -> None:
+    data = read(("position",), 120, 3)
+    points = np.array(data.position)
+    points[[7, 70]] += 0.05
+    found = calibrate(robot(), replace(data, position=points))
+    assert found.outliers == [7, 70]
+    told = next(line for line in summary(found) if line.startswith("  without the rows that are outliers: RMS 0."))
+    kept = np.delete(found.train.kinds["position"].after, [7, 70])
+    assert f"RMS {1e3 * np.sqrt(np.mean(kept**2)):.4f} mm after, largest {1e3 * kept.max():.4f} mm" in told
+
+
 @pytest.mark.parametrize("kinds", [*ALONE, *PAIRS], ids="+".join)
 def test_each_kind_has_its_noise_and_its_error_before_and_after(kinds: tuple[str, ...]) -> None:
     found = calibrate(robot(), read(kinds, 120, 3))
