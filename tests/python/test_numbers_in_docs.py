@@ -118,6 +118,20 @@ def test_the_table_of_hand_eyes_is_that_of_its_record() -> None:
         assert f"{counts}| {shift:.2f} | {turn:.2f} | {better} of {len(told)} |" in text
 
 
+def test_the_table_of_sockets_is_that_of_its_record() -> None:
+    text, found = page("benchmarks.md"), record("bench_sockets.json")
+    for name, of in found.items():
+        fitted, predicted = of["touches"]
+        figures = " | ".join(f"{of[key]:.3f}" for key in ("published", "calibrate", "diagnose"))
+        named = ", ".join(of["named"]) or "none"
+        assert f"| {name} | {fitted} | {predicted} | {of['nominal']:.2f} | {figures} | {named} |" in text
+    several = [of for name, of in found.items() if not name.startswith("dinova")]
+    for way in ("calibrate", "diagnose"):
+        times = [of[way] / of["published"] for of in several]
+        assert f"{np.median(times):.2f} times" in text
+        assert f"({min(times):.2f} to {max(times):.2f})" in text
+
+
 def test_wheels_and_arms_are_those_of_this_version() -> None:
     for file in (ROOT / "README.md", ROOT / "docs" / "installation.md"):
         named = set(re.findall(r"fastcal-([\d.]+)-cp", file.read_text(encoding="utf-8")))
