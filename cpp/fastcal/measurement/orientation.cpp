@@ -15,8 +15,8 @@ namespace {
 
 class Orientation : public Observation {
  public:
-  Orientation(RowMatrixXd wxyz, Eigen::VectorXd sigma, const ViewedTable& of)
-      : wxyz_(std::move(wxyz)), sigma_(std::move(sigma)), of_(of) {
+  Orientation(RowMatrixXd wxyz, Eigen::VectorXd sigma, ViewedTable of)
+      : wxyz_(std::move(wxyz)), sigma_(std::move(sigma)), of_(std::move(of)) {
     for (Eigen::Index i = 0; i < wxyz_.rows(); ++i) {
       if (wxyz_.row(i).hasNaN()) continue;
       const double length = wxyz_.row(i).norm();

@@ -194,7 +194,7 @@ def scanned(effect: str, owner: str, robot: Robot, data: Dataset) -> list[Hypoth
 
 def _check_measured(effect: str, name: str, robot: Robot, data: Dataset) -> None:
     """Raises InvalidInput where times, or an instrument that measures lengths, are what the data lack for an effect."""
-    if traits_of(effect).place == "instrument" and not measurements(data, robot).shows_scale:
+    if data.kinds and traits_of(effect).place == "instrument" and not measurements(data, robot).shows_scale:
         raise InvalidInput(f"{effect} is of an instrument, and touches and turns have none that measures lengths")
     if effect_has_moment(effect) and data.time is None:
         raise InvalidInput(f"{name} needs the column time_s")

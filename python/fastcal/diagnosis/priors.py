@@ -139,12 +139,12 @@ def bears_little(at: Fit, name: Hypothesis) -> bool:
     """Does an added law of a joint's load follow less than MIN_LOAD_SHARE of the moment, or of a slide's force, on it?
 
     An upright axis bears what its tilt and the middle of the weights make: what is missing elsewhere can turn it by any
-    angle, in other postures by another one.
+    angle, in other postures by another one. Of the arm as it starts: where a fit has taken the weight from a joint, it
+    is the weight that is wrong.
     """
     if name.traits.depends_on != ("torque",):
         return False
     joint = place_of(name.owner).index
-    theta = at.theta[: len(at.model.parameters)]
-    load = np.asarray(at.model.loads(at.samples, theta, False, at.problem.threads))[:, 2 * joint + 1]
+    load = np.asarray(at.model.loads(at.samples, at.model.start, False, at.problem.threads))[:, 2 * joint + 1]
     part = load[:, 3:] if at.problem.start.robot.joint_types[joint] == "revolute" else load[:, :3]
     return bool(np.linalg.norm(part[:, 2]) < MIN_LOAD_SHARE * np.linalg.norm(part))

@@ -86,6 +86,7 @@ class World:
             value=lambda n: theta[places[id(n)]],
             covariance=np.linalg.inv(X.T @ X),
             model=SimpleNamespace(parameters=parameters),
+            is_another_arm=False,
             work=X.size,
         )
 
