@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Test poses that do not say at which station they were measured: the model is judged where their own points put it."""
+"""Test poses at stations, sockets or planes that no fit has seen: the model is judged where they put these."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from fastcal.calibration.alignment import measurements
 from fastcal.calibration.evaluation import Evaluation, best_motion, evaluate
+from fastcal.calibration.unknowns import fitted_unknowns
 from fastcal.effects.entries import Spec, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 
+_NAMED = 6  # of unknown places in a sentence
 _FEWEST = 6  # points that place a base by six numbers and leave something to judge
 
 
@@ -34,7 +37,14 @@ def evaluated_test(
         InvalidInput: As `placed`.
     """
     there, notes = placed(model, test)
-    return evaluate(there, test, **{**judge, "before": None if before is None else placed(before, test)[0]}), notes
+    former = None if before is None else placed(before, test)[0]
+    of_test = {p.owner for p in measurements(test, there).parameters}
+    if new := sorted(of_test - judge["unknowns"].keys()):
+        threads = judge["threads"]
+        known = {"unknowns": there} | ({} if former is None else {"unknowns_before": former})
+        judge = {**judge, **{key: fitted_unknowns(arm, test, threads) | judge[key] for key, arm in known.items()}}
+        notes = [*notes, f"{test.source}: {_listed(new)}: not fitted, so the test itself says where that is"]
+    return evaluate(there, test, **{**judge, "before": former}), notes
 
 
 def placed(model: Robot, test: Dataset) -> tuple[Robot, list[str]]:
@@ -61,6 +71,11 @@ def placed(model: Robot, test: Dataset) -> tuple[Robot, list[str]]:
     motion = best_motion(bare.poses(test)[measured, :3, 3], test.points[measured])
     there = moved(bare, motion @ bare.T_world_base, bare.T_flange_tool)
     return there, placing_notes(model, test)
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more
 
 
 def placing_notes(model: Robot, test: Dataset) -> list[str]:

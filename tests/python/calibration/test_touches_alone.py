@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.postures import too_few_postures
 from fastcal.diagnosis import diagnose
 from fastcal.diagnosis.library import build_library
@@ -74,3 +75,16 @@ def test_a_touch_of_a_socket_is_three_numbers() -> None:
     data = touches(0, 1e-4, 1e-3, 10)
     assert too_few_postures(data, 59) is None
     assert "60 independent numbers" in str(too_few_postures(data, 60))
+
+
+def test_sockets_of_a_test_that_no_fit_has_seen_are_judged_where_the_test_puts_them() -> None:
+    data = touches(3, 5e-5, 1e-3, 25)
+    of_a, of_b = data.select(np.arange(25)), data.select(np.arange(25, 50))
+    found = calibrate(robot(), of_a, test=of_b, priors=True)
+    assert found.test is not None
+    errors = found.test.kinds["socket"].after
+    p = found.model.forward(of_b.q)[:, :3, 3]
+    np.testing.assert_allclose(errors[:, 0], np.linalg.norm(p - p.mean(axis=0), axis=1), atol=2e-5)
+    assert any("socket b: not fitted, so the test itself says where that is" in note for note in found.notes)
+    again = calibrate(robot(), data, test=of_a, priors=True)
+    assert not any("not fitted" in note for note in again.notes)
