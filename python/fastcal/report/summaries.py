@@ -227,6 +227,7 @@ def _(result: CalibrationResult) -> list[str]:
             rows=rows,
         )
     ]
+    gross = result.train.places([] if result.loss == "none" else result.outliers)
     for on, part in ((said("training"), result.train), (said("test"), result.test)):
         for of in [] if part is None else part.kinds.values():
             before, after = of.statistics
@@ -243,8 +244,8 @@ def _(result: CalibrationResult) -> list[str]:
                     **{name: sized(of.kind, size) for name, size in sizes.items()},
                 )
             )
-            gross = part.places(result.outliers) if part is result.train and result.loss != "none" else np.zeros(0)
-            if len(gross) and (left := of.after_without(gross)) is not None:
+            left = of.after_without(gross) if part is result.train and len(gross) else None
+            if left is not None:
                 lines.append(
                     translated(
                         "  without the rows that are outliers: RMS {after} after, largest {most_after}",
