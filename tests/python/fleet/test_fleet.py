@@ -311,11 +311,12 @@ def test_arms_without_points_have_their_own_figures(tmp_path: Path) -> None:
     assert suspects([found["length 0"], found["length 1"], worse, found["tilt"]]) == {"length 2"}
 
 
-def test_the_page_names_arms_that_stand_out_and_no_folder() -> None:
+def test_the_page_names_arms_that_stand_out_and_no_folder(tmp_path: Path) -> None:
     done = {"status": "converged", "rows": 40, "unit": "mm", "message": ""}
     arms = [ArmResult(name=f"cell {k}", before=1.0, after=size, after_mm=size, **done) for k, size in
             enumerate((0.08, 0.09, 0.1, 0.35))]  # fmt: skip
-    lost = ArmResult(name="lost", status="refused", message="/home/anna/cells/lost.csv: no column 'q3_deg'")
+    file = tmp_path / "anna" / "lost.csv"
+    lost = ArmResult(name="lost", status="refused", message=f"{file}: no column 'q3_deg'")
     page = fleet_page(Fleet([*arms, lost]))
     assert "More than 2 times the error of the middle arm: cell 3 (0.350 mm)." in page
     assert "lost: lost.csv: no column" in html.unescape(page)
