@@ -34,17 +34,14 @@ def joined(specs: Sequence[Spec], name: str) -> Spec:
     if len(specs) == 1:
         return {**specs[0], "name": name}
     for spec in specs:
-        if own := next((key for key in _ONE_ARM if spec.get(key)), None):
-            raise InvalidInput(
-                f"{spec['name']} has '{own}', which an arm that carries another or stands on one cannot bring along"
-            )
+        check_joins(spec)
     T = np.eye(4)
     chains: list[Chain] = []
     effects: list[Spec] = []
     for i, spec in enumerate(specs):
         effects += _counted_on(spec, sum(len(chain.revolute) for chain in chains))
         T = T @ frame_of(spec["base"]) if i else T
-        chains.append(_moved(chain_of(spec), T))
+        chains.append(moved(chain_of(spec), T))
         T = chains[-1].home
     last = specs[-1]
     whole = Chain(
@@ -62,6 +59,14 @@ def joined(specs: Sequence[Spec], name: str) -> Spec:
     return convert(out, last["kinematics"]).spec if last["kinematics"] in ("dh", "mdh") else out
 
 
+def check_joins(spec: Spec) -> None:
+    """InvalidInput where an arm has something that it cannot bring along into a longer one."""
+    if own := next((key for key in _ONE_ARM if spec.get(key)), None):
+        raise InvalidInput(
+            f"{spec['name']} has '{own}', which an arm that carries another or stands on one cannot bring along"
+        )
+
+
 def _counted_on(spec: Spec, before: int) -> list[Spec]:
     """The effects of an arm's joints, where so many joints come before its own."""
     out = []
@@ -76,7 +81,7 @@ def _counted_on(spec: Spec, before: int) -> list[Spec]:
     return out
 
 
-def _moved(chain: Chain, T: np.ndarray) -> Chain:
+def moved(chain: Chain, T: np.ndarray) -> Chain:
     """The chain seen from the frame in which its base is at T."""
     R, p = T[:3, :3], T[:3, 3]
     omega, v = chain.omega @ R.T, chain.v @ R.T
