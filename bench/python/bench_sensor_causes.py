@@ -161,7 +161,7 @@ def run() -> None:
     options = parser.parse_args()
     count: dict[str, Counter[str]] = {kind: Counter() for kind in KINDS}
     for k in range(options.sets):
-        kind = KINDS[k % len(KINDS)]
+        kind = KINDS[(options.first + k) % len(KINDS)]
         count[kind][judged(kind, options.first + k)] += 1
     for kind, words in count.items():
         print(f"{kind}: " + ", ".join(f"{word} {n}" for word, n in sorted(words.items())))

@@ -107,6 +107,15 @@ def test_places_and_arms_of_cells_are_in_the_table_of_coverage_and_within_the_go
         assert f"| {part} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
 
 
+def test_what_sensors_on_arms_see_is_in_the_table_of_coverage_and_within_the_goal() -> None:
+    text, found = page("benchmarks.md"), record("bench_coverage_sensors.json")
+    assert found["sets"] >= 60
+    assert found["parts"].keys() == {"points", "turns"}
+    for part, row in found["parts"].items():
+        assert 0.93 <= row["covered"] <= 0.97, part
+        assert f"| {part} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
+
+
 def test_the_table_of_hand_eyes_is_that_of_its_record() -> None:
     text, levels = page("benchmarks.md"), record("bench_kinhec.json")["levels"]
     for track in dict.fromkeys(of["track"] for of in levels):
