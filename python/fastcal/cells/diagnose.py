@@ -13,14 +13,14 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from fastcal.cells.calibrate import calibrate_cell
+from fastcal.cells.calibrate import CellResult, calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Finding
-from fastcal.effects.entries import label, traits_of
+from fastcal.effects.entries import label, options_of, traits_of
 from fastcal.effects.rig_traits import BOARD_BEND, BOARD_SCALE, INTRINSICS, RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -201,7 +201,7 @@ def diagnose_cell(
     effects = _merged(ways, bool(exclude))
     notify("calibrating the cell with what was found")
     with_effects, notes = _with_effects(cell, ways, effects)
-    there = calibrate_cell(with_effects, readings, mend=mend, threads=threads)
+    there = _calibrated(with_effects, readings, mend, threads)
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
     return CellDiagnosis(there.cell, ways, effects, notes)
 
@@ -325,7 +325,7 @@ def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[Ce
                 cell, told = seeing.mended(cell, of.finding)
                 notes += told
             continue
-        if len(way.arms) > 1 and traits_of(of.entry["effect"]).refers_to != "axes":
+        if len(way.arms) > 1 and not _can_be_of_an_arm(of.entry):
             notes.append(
                 f"{of.finding.label} is not in model.yaml: it refers to the rows of the whole way to {way.name}"
             )
@@ -341,6 +341,25 @@ def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[Ce
             continue
         cell = tried
     return cell, notes
+
+
+def _calibrated(cell: Cell, readings: Readings, mend: bool, threads: int) -> CellResult:
+    """With its effects as the ways found them, or, where all readings together fix them, as these have them."""
+    if any(arm.robot.entries for arm in cell.arms):
+        found = calibrate_cell(cell, readings, effects=True, mend=mend, threads=threads)
+        if found.status == "converged":
+            return found
+    return calibrate_cell(cell, readings, mend=mend, threads=threads)
+
+
+def _can_be_of_an_arm(entry: Entry) -> bool:
+    """Can an effect of a way be one of the arm that has its owner?
+
+    What follows axes alone is the same there. What refers to the rows of the way finds other numbers in the arm's own,
+    where it has nothing but numbers, and is of a joint or link.
+    """
+    place, refers_to = place_of(entry["owner"]), traits_of(entry["effect"]).refers_to
+    return refers_to == "axes" or (refers_to == "rows" and place.number > 0 and not options_of(entry))
 
 
 def _unexplained(each: WayDiagnosis) -> dict[str, Any]:
