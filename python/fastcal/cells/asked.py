@@ -21,14 +21,15 @@ from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
 
-WEAK = 10.0  # plausible sizes within which places are held where the geometry is: far more than a reading leaves open
+# Plausible sizes within which places and effects are held where the geometry is: far more than a reading leaves open.
+WEAK = 10.0
 _OF_A_PLACE = 6
 
 
 def asked_parameters(cell: Cell, readings: Readings, *, effects: bool = False) -> list[int]:
     """Indices of the parameters to identify: of what lies between a target and the frame that it is read from.
 
-    With `effects` those of the arms' effects too.
+    With `effects` those of the arms' effects too, but for curves, whose smoothness a fit of all does not know.
 
     What carries both moves them together, and no reading shows it. A tool's own place is that of the targets on it. A
     base that stands on a fork of one URDF is the origin of its first joint.
@@ -56,7 +57,12 @@ def asked_parameters(cell: Cell, readings: Readings, *, effects: bool = False) -
                 wanted = place != "tool" and core.frame(parameter.owner) in between
             if wanted:
                 out.append(i)
-    return [*out, *(range(len(parameters), len(cell.model.start)) if effects else ())]
+    at = len(parameters)
+    for effect in [effect for arm in cell.arms for effect in arm.robot.effects] if effects else ():
+        own = range(at, at + len(effect.parameters))
+        out += () if effect.penalty else own
+        at = own.stop
+    return out
 
 
 def with_effects(cell: Cell, text: str) -> Cell:
@@ -124,7 +130,7 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
     """
     core = cell.core
     mean = np.asarray(cell.model.start)
-    plausible = np.array([parameter.sigma for parameter in core.parameters])
+    plausible = np.array([parameter.sigma for parameter in cell.model.parameters])
     sigma, geometry = np.full(len(mean), np.inf), np.zeros(len(mean), dtype=bool)
     for branch in core.branches:
         known = cell.known(branch.name)
@@ -137,10 +143,12 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
             sigma[first : first + 3] = to_si(known.sigma_mm, "mm")
         if known.sigma_deg is not None:
             sigma[first + 3 : behind] = to_si(known.sigma_deg, "deg")
+    if sizes is not None:  # few readings must not send what arms yield where no arm does
+        sigma[len(core.parameters) :] = WEAK * plausible[len(core.parameters) :]
     chosen = np.zeros(len(mean), dtype=bool)
     chosen[asked] = True
     geometry &= chosen
-    sigma[geometry] = (sizes or np.inf) * plausible[geometry[: len(plausible)]]
+    sigma[geometry] = (sizes or np.inf) * plausible[geometry]
     sigma[~chosen] = np.inf
     none = np.zeros(len(unknowns))
     return Priors(

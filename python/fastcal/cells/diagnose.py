@@ -13,10 +13,10 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from fastcal.cells.calibrate import CellResult, calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
+from fastcal.cells.written import written_cell
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Finding
@@ -201,9 +201,12 @@ def diagnose_cell(
     effects = _merged(ways, bool(exclude))
     notify("calibrating the cell with what was found")
     with_effects, notes = _with_effects(cell, ways, effects)
-    there = _calibrated(with_effects, readings, mend, threads)
+    is_sure = all(of.finding.grade != "C" for of in effects)
+    given: dict[str, Any] = {"exclude": exclude, "mend": mend, "threads": threads}
+    written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
+    notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
-    return CellDiagnosis(there.cell, ways, effects, notes)
+    return CellDiagnosis(written, ways, effects, notes)
 
 
 def _with_numbers(members: Mapping[str, Spec], found: Mapping[str, Spec], owner: str) -> dict[str, Spec]:
@@ -341,15 +344,6 @@ def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[Ce
             continue
         cell = tried
     return cell, notes
-
-
-def _calibrated(cell: Cell, readings: Readings, mend: bool, threads: int) -> CellResult:
-    """With its effects as the ways found them, or, where all readings together fix them, as these have them."""
-    if any(arm.robot.entries for arm in cell.arms):
-        found = calibrate_cell(cell, readings, effects=True, mend=mend, threads=threads)
-        if found.status == "converged":
-            return found
-    return calibrate_cell(cell, readings, mend=mend, threads=threads)
 
 
 def _can_be_of_an_arm(entry: Entry) -> bool:

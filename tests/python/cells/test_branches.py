@@ -19,6 +19,7 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.diagnose import diagnose_cell
 from fastcal.cells.paths import Way, possible_ways
 from fastcal.cells.readings import Readings
+from fastcal.cells.written import written_cell
 from fastcal.diagnosis.rivals import Rivals
 from fastcal.errors import InvalidInput
 from fastcal.io.tree_file import load_cell
@@ -182,3 +183,18 @@ def columns_of(cell: Cell, way: Way) -> list[int]:
 def test_effects_that_a_cell_cannot_have_are_refused(tmp_path: Path, asked: str, expected: str) -> None:
     with pytest.raises(InvalidInput, match=expected):
         with_effects(torso(tmp_path), asked)
+
+
+def test_what_anyone_would_try_is_written_where_it_predicts_better(tmp_path: Path) -> None:
+    """A wrong name of mere place, beside all joints that yield; one that is right stays."""
+    cell, readings = yielding(torso(tmp_path))
+    plain = torso(tmp_path)
+    wrong = with_effects(plain, "geometry,gear_harmonic@left.joint2:order=3")
+    written, notes = written_cell(plain, wrong, readings, is_sure=False)
+    assert "joint_compliance of all joints" in notes[0]
+    assert ("joint_compliance", "joint2") in {(e["effect"], e["owner"]) for e in written.arm("torso").robot.entries}
+    _, notes = written_cell(plain, cell, readings, is_sure=False)
+    assert not notes
+    written, notes = written_cell(plain, wrong, readings, is_sure=True)
+    assert not notes
+    assert [e["effect"] for e in written.arm("left").robot.entries] == ["gear_harmonic"]
