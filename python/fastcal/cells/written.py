@@ -26,6 +26,7 @@ from fastcal.errors import InvalidInput
 
 _FOLDS, _HELD = 4, 2  # parts of the postures, and how many of them are held out, one after the other
 _SEED = 7
+_LESS = 0.95  # of the mean square of what was found: what is written in its place must be that much better
 _NOTE = "model.yaml has {}: so the cell predicts postures that were held out better than with all that was found"
 _FAR = 10.0  # medians of the plain cell's errors: what is farther counts as that far, so that gross rows do not decide
 
@@ -96,7 +97,7 @@ def _fitted(cell: Cell, plain: Cell, readings: Readings, options: dict[str, Any]
 
 
 def _best(cells: Mapping[str, Cell], readings: Readings, options: dict[str, Any]) -> str:
-    """Which cell predicts postures best that it was not fitted to; the first where two do as well."""
+    """Which cell predicts postures best that it was not fitted to; "", what was found, where none is clearly better."""
     folds = np.array_split(np.random.default_rng(_SEED).permutation(len(readings)), _FOLDS)[:_HELD]
     errors: dict[str, dict[str, FloatArray]] = {name: {} for name in cells}
     plain = next(iter(cells.values()))
@@ -107,13 +108,15 @@ def _best(cells: Mapping[str, Cell], readings: Readings, options: dict[str, Any]
             own = errors[name]
             for kind, of in kind_errors(_fitted(cell, plain, kept, options).cell, held).items():
                 own[kind] = np.concatenate([own.get(kind, np.zeros(0)), of.after.ravel()])
-    costs = dict.fromkeys(cells, 0.0)
+    costs, count = dict.fromkeys(cells, 0.0), 0
     for kind, first in next(iter(errors.values())).items():
         far = _FAR * float(np.nanmedian(first))
         for name in cells:
             square = float(np.nanmean(np.minimum(errors[name][kind], far) ** 2))
             costs[name] += np.count_nonzero(np.isfinite(first)) * float(np.log(max(square, 1e-300)))
-    return min(costs, key=lambda name: costs[name])
+        count += np.count_nonzero(np.isfinite(first))
+    best = min(costs, key=lambda name: costs[name])
+    return best if costs[best] < costs[""] + count * np.log(_LESS) else ""
 
 
 def _without_curves(arm: Arm, before: Arm) -> Arm:

@@ -249,8 +249,8 @@ def may_be_another(
         name: The name.
         beside: The other names of the set, and the evidence for each.
         equivalents: Names that do as well, and come first in parts of the data by chance.
-        remaining: The signal-to-noise ratio of what has no name; None where nothing is left. What is weaker than that may
-            be a part of it.
+        remaining: The signal-to-noise ratio of what has no name; None where nothing is left. What is weaker may be a
+            part of it.
     """
     snr = found.snr
     others = [(other, its) for its, other in beside if not (name.traits.is_wave and other.traits.is_wave)]
