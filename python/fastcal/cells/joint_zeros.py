@@ -30,6 +30,7 @@ from scipy.optimize import least_squares
 
 from fastcal.calibration.board_poses import board_poses
 from fastcal.calibration.hand_eye import solved_alike
+from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.moving_rig import frames_of
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.errors import InvalidInput, Undetermined
@@ -109,6 +110,7 @@ def joint_zeros(robot: Robot, data: Dataset, *, progress: Callable[[str], None] 
         Undetermined: No signs and zeros fit.
     """
     report = progress or (lambda text: None)
+    robot, _ = with_started_lenses(robot, data)
     views = _views(robot, data)
     free = np.arange(1, robot.core.joint_count - 1)
     random = np.random.default_rng(0)
