@@ -24,6 +24,7 @@ from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.rig import Seeing, board_corners, lens_numbers, pictures
 from fastcal.robot.robot import Robot
+from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 Spec = dict[str, Any]
@@ -124,7 +125,7 @@ def _placed(camera: Spec, views: Sequence[tuple[FloatArray, FloatArray]]) -> lis
     """The views whose board has a pose, with it."""
     out = []
     for points, seen in views:
-        flat = {"kind": "points", "points_mm": (1e3 * points).tolist()}
+        flat = {"kind": "points", "points_mm": from_si(points, "mm").tolist()}
         rows, T = board_poses(camera, flat, seen.reshape(1, -1), slice(0, len(points)))
         if len(rows):
             out.append((points, seen, T[0]))

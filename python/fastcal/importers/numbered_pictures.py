@@ -23,7 +23,7 @@ from fastcal.importers.picture_set import PictureSet, picture_size
 from fastcal.io.hand_eye_read import matrix_mm
 from fastcal.io.poses import checked
 from fastcal.io.yaml_file import read_yaml
-from fastcal.units import to_si
+from fastcal.units import from_si, to_si
 
 Spec = dict[str, Any]
 
@@ -129,7 +129,9 @@ def _set(
     flange, joints = known
     far = float(np.median(np.linalg.norm(flange[:, :3, 3], axis=1)))
     if far < _LEAST:
-        raise InvalidInput(f"{folder}: the arm reaches {1e3 * far:.3g} mm; are its poses in m? {made_by[1]} has mm")
+        raise InvalidInput(
+            f"{folder}: the arm reaches {from_si(far, 'mm'):.3g} mm; are its poses in m? {made_by[1]} has mm"
+        )
     size = list(picture_size(pictures[0]))
     cell: Spec = {
         "arms": {"arm": {"robot": "pose"}},
