@@ -16,6 +16,7 @@ from fastcal import _core
 from fastcal.calibration.data_notes import unseen_directions
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
+from fastcal.calibration.lens_start import started_lenses
 from fastcal.calibration.parameter_limits import bounds_of
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
 from fastcal.calibration.unknowns import CORNERS, unknowns_found
@@ -146,6 +147,9 @@ def calibrate_cell(
     if not readings.sights(cell):
         raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET, or corners")
     report("placing the members of the cell")
+    lenses, of_lenses = started_lenses(cell, readings.tables)
+    cell = replace(cell, cameras={**cell.cameras, **lenses})
+    readings = replace(readings, notes=(*readings.notes, *of_lenses))
     readings = judged_readings(cell, readings, mend=mend)
     start, used, wrong = started(cell, readings)
     places = rig_start(start, used)
