@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from fastcal.calibration.calibrate import calibrate
-from fastcal_studies.exhibits import lengths_mm
+from fastcal.networks.problem import lengths_mm
 from fastcal_studies.real_data import CAMPAIGNS, split
 from fastcal_studies.real_methods import behind
 from fastcal_studies.simulated import left

@@ -204,7 +204,8 @@ def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
     random = np.random.default_rng([zlib.crc32(label.encode()), seed])
     names = [label]
     if label == GROUPS:
-        names = sorted(random.choice([name for name in OWNERS if name not in (SCALE, POSTURE)], 3, replace=False).tolist())
+        drawn_from = [name for name in OWNERS if name not in (SCALE, POSTURE)]
+        names = sorted(random.choice(drawn_from, 3, replace=False).tolist())
     asked = [name + str(random.choice(OWNERS[name])) for name in names]
     soft = [name.partition("@")[2] for name in asked if name.startswith("joint_compliance")]
     through = [other for other in THROUGH if set(names) & set(WEIGHTS) and other.partition("@")[2] not in soft]
