@@ -24,6 +24,7 @@ _ROLES = {
     **{str(k): look for k, look in enumerate(zip(_COLOURS, _DASHES, strict=True))},
 }
 _BAR_OPACITY = 0.75
+_NO_BREAK = "\N{NO-BREAK SPACE}"  # a range stays on one line; before it a narrow column breaks
 
 
 def paper_page(content: Mapping[str, Any]) -> str:
@@ -132,7 +133,7 @@ def _cell(value: Any) -> Cell:
         if not is_known(value["median"]):
             return Cell(MISSING)
         middle, low, high = (_number(value[key]) for key in ("median", "low", "high"))
-        text = middle if low == high else f"{middle} ({low} to {high})"
+        text = middle if low == high else f"{middle} ({low}{_NO_BREAK}to{_NO_BREAK}{high})"
         return number_cell(text, value["median"])
     return number_cell(_number(value), float(value))
 

@@ -54,7 +54,7 @@ def test_the_page_says_where_the_method_falls_behind_and_what_is_not_shown() -> 
     text = paper_page(made_up())
     assert "error (mm): 0.300 here, 0.100 in the paper. It is softer." in text
     assert 'class="verdict caution"' in text
-    assert "1.50 (0.500 to 2.10)" in text
+    assert "1.50 (0.500\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}2.10)" in text
     assert "<strong>Figure 2</strong> is not shown: it is a &lt;photograph&gt;." in text
     assert "Simulated data" in text
 
