@@ -15,7 +15,8 @@ from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.parallel import each
 from fastcal.calibration.pose_folds import along_a_path
 from fastcal.diagnosis import adaptation, grading, rivals, sensitivity, unexplained
-from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
+from fastcal.diagnosis.doubts import is_beyond_bounds
+from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.heavy_tails import weighed
 from fastcal.diagnosis.library import Hypothesis, Library, build_library
 from fastcal.diagnosis.many_rows import on_all_rows
