@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -278,7 +279,7 @@ def _picture_ways(cell: Cell, readings: Readings) -> Iterator[Way]:
         if fixed and not stands:
             steps, stands = back, fixed
         target, sensor = Point(board, "board", plate["on"], plate), Point(camera, "camera", eye["on"], eye)
-        seen = {"sensor": sensor, "steps": steps, "stands": stands, "camera": eye, "board": plate}
+        seen: dict[str, Any] = {"sensor": sensor, "steps": steps, "stands": stands, "camera": eye, "board": plate}
         yield SensorWay(target, _arms(steps), **seen)
 
 
