@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +27,8 @@ from fastcal.cells.branches import loaded
 from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.paths import Way, possible_ways
 from fastcal.cells.readings import Readings
-from fastcal.conversion import poe_geometry
-from fastcal.conversion.chain import Body, Chain, chain_of, frame_of
-from fastcal.conversion.joined import check_joins, joined, moved
+from fastcal.conversion.chain import Body, Chain, chain_of
+from fastcal.conversion.joined import joined, moved, piece
 from fastcal.effects.entries import effect_names, traits_of
 from fastcal.effects.traits import Traits
 from fastcal.errors import InvalidInput
@@ -41,7 +41,6 @@ from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Spec
 from fastcal.robot.se3 import inverse
 
-_KEPT = ("tool", "payload", "gravity_m_s2", "gravity_frame", "wrench_frame", "equilibrium")
 _OF_TORQUES = {
     "current_compliance": "joint_compliance",
     "rad_a": "compliance_rad_nm",
@@ -148,10 +147,11 @@ class SensorWay(Way):
         place = np.eye(4) if self.has_pictures else pose(self.sensor.place)
         T, specs = inverse(place), list[Spec]()
         for step in self.steps:
-            base = frame_of(step.arm.robot.spec["base"])
+            base = pose(vars(step.arm.robot.description.base))
             T = T @ base if step.enters else T
             if step.joints:
-                specs.append(self._spec(step, T))
+                chain, own = step.chain(self.stands), list(self._effects(step))
+                specs.append(piece(step.arm.robot.spec, chain, step.joints, T, own))
                 T = np.eye(4)
             T = T @ inverse(base) if step.leaves else T
         out = joined(specs, self.name)
@@ -176,18 +176,9 @@ class SensorWay(Way):
             return first.arm.on
         return f"{first.arm.name}.{f'link{first.start}' if first.start else 'base'}"
 
-    def _spec(self, step: Step, T: FloatArray) -> Spec:
-        """A step as a canonical spec of screws that stands at T."""
-        spec = step.arm.robot.spec
-        check_joins(spec)
-        geometry = poe_geometry(step.chain(self.stands), [spec["joints"][i] for i in step.joints])
-        own: Spec = {"name": step.arm.name, "kinematics": "poe", "joints": geometry.joints, **geometry.ends}
-        own |= {key: spec[key] for key in _KEPT if key in spec} | {"gravity_frame": "measuring"}
-        return own | {"base": frame_spec(T), "effects": list(self._effects(step)), "structure": {}}
-
     def _effects(self, step: Step) -> Iterator[Spec]:
         """The effects of the arm's joints that are on the way, by their numbers in the step."""
-        for effect in step.arm.robot.spec["effects"]:
+        for effect in step.arm.robot.entries:
             place, traits = place_of(effect["owner"]), traits_of(effect["effect"])
             on_axis = traits.refers_to == "axes" and place.kind == "joint" and place.number
             if not on_axis or not (self.stands or _goes_without_loads(traits)):
@@ -289,7 +280,7 @@ def _picture_ways(cell: Cell, readings: Readings) -> Iterator[Way]:
         if fixed and not stands:
             steps, stands = back, fixed
         target, sensor = Point(board, "board", plate["on"], plate), Point(camera, "camera", eye["on"], eye)
-        seen = {"sensor": sensor, "steps": steps, "stands": stands, "camera": eye, "board": plate}
+        seen: dict[str, Any] = {"sensor": sensor, "steps": steps, "stands": stands, "camera": eye, "board": plate}
         yield SensorWay(target, _arms(steps), **seen)
 
 

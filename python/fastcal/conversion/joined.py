@@ -14,7 +14,9 @@ from fastcal.conversion.chain import Chain, Spec, chain_of, frame_of
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
 from fastcal.place import place_of
+from fastcal.robot.identified_spec import frame_spec
 
+_KEPT = ("tool", "payload", "gravity_m_s2", "wrench_frame", "equilibrium")
 _ONE_ARM = ("coupling", "pendant", "structure", "compensator", "correction", "loops")
 
 
@@ -68,6 +70,26 @@ def joined_screws(specs: Sequence[Spec], name: str) -> Spec:
     out |= {key: last[key] for key in ("wrench_frame", "equilibrium") if key in last}
     out |= {key: specs[0][key] for key in ("gravity_m_s2", "gravity_frame")}
     return out | {"effects": effects, "structure": {}}
+
+
+def piece(spec: Spec, chain: Chain, joints: Sequence[int], T: np.ndarray, effects: Sequence[Spec]) -> Spec:
+    """Some joints of an arm as the canonical spec of an arm of screws, which can be `joined` with others.
+
+    Args:
+        spec: Canonical, of the whole arm: what all its parts have.
+        chain: Of these joints alone, in the order of `joints` (from 0).
+        joints: Whose types, limits and gears they have.
+        T: (4, 4) where the part stands.
+        effects: Of its joints, numbered in the part.
+
+    Raises:
+        InvalidInput: The arm has something that only a file of its own can say.
+    """
+    check_joins(spec)
+    geometry = poe_geometry(chain, [spec["joints"][i] for i in joints])
+    own: Spec = {"name": spec["name"], "kinematics": "poe", "joints": geometry.joints, **geometry.ends}
+    own |= {key: spec[key] for key in _KEPT if key in spec}
+    return own | {"gravity_frame": "measuring", "base": frame_spec(T), "effects": [*effects], "structure": {}}
 
 
 def check_joins(spec: Spec) -> None:

@@ -192,8 +192,8 @@ TEST(Measurements, ThePositionComesFirstAndTheOthersFollow) {
   Random random(1);
   const Measurements measured(tables(random), arm());
   EXPECT_EQ(measured.observations()[0]->name(), "position");
-  EXPECT_EQ(measured.number_count(), 3 + 3 + 1 + 1 + 3 + 2 + 2);
-  EXPECT_EQ(measured.unknown_count(), 6 + 3 + 6 + 3 + 3);
+  EXPECT_EQ(measured.number_count(), 3 + 3 + 1 + 1 + 3 + 2 + 2 + 1 + 1 + 1);
+  EXPECT_EQ(measured.unknown_count(), 6 + 3 + 6 + 3 + 3 + 8 + 6 + 6);
   int number = 0;
   int unknown = 0;
   for (const PlacedObservation& of : measured.observations()) {
@@ -219,6 +219,9 @@ TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinateAndOfASocketTheirMean
     last[measured.observations()[measured.observation_of(c)]->name()] = measured.sigma(0, c);
   EXPECT_EQ(last, (std::map<std::string, double>{{"position", 3},
                                                  {"orientation", 4},
+                                                 {"ball", 1},
+                                                 {"cube", 1},
+                                                 {"dial", 0},
                                                  {"length", 1},
                                                  {"plane", 1},
                                                  {"socket", std::sqrt(14.0) / std::sqrt(3.0)},
@@ -350,15 +353,15 @@ TEST(Ball, DistanceIsThatOverTheSphere) {
 }
 
 TEST(Ball, TouchesOnOneCircleFixNone) {
-  Tables five{8, {}, {{"ball", {Eigen::VectorXi::Zero(8), {"b"}}}}};
-  const Measurements measured(five, arm());
-  std::vector<Sights> sights;
-  for (int i = 0; i < 8; ++i) sights.push_back({Pose{{}, {std::cos(0.7 * i), std::sin(0.7 * i), 2}}, {}});
-  Eigen::VectorXd start(4);
-  EXPECT_EQ(measured.observations()[0]->start(sights, start),
-            "touches of ball b lie on one circle; touch it from above and from all sides");
-  EXPECT_EQ(measured.observations()[0]->start({sights.begin(), sights.begin() + 4}, start),
-            "each ball needs at least five touches");
+  const auto missing = [](int count) {
+    const Tables touched{count, {}, {{"ball", {Eigen::VectorXi::Zero(count), {"b"}}}}};
+    std::vector<Sights> sights;
+    for (int i = 0; i < count; ++i) sights.push_back({Pose{{}, {std::cos(0.7 * i), std::sin(0.7 * i), 2}}, {}});
+    Eigen::VectorXd start(4);
+    return Measurements(touched, arm()).observations()[0]->start(sights, start);
+  };
+  EXPECT_EQ(missing(8), "touches of ball b lie on one circle; touch it from above and from all sides");
+  EXPECT_EQ(missing(4), "each ball needs at least five touches");
 }
 
 TEST(Cube, HeightIsThatOverTheFaceOfItsLabel) {
@@ -417,7 +420,7 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
   const double inf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refusal([](Tables&) {}), "nothing was refused");
   EXPECT_EQ(refusal([](Tables& t) { t.numbers["position"].setConstant(kNan); }), "nothing was refused");
-  EXPECT_EQ(refusal([](Tables& t) { t.rows = 3; }), "distance must have 3 rows and 1 columns, got 2 and 1");
+  EXPECT_EQ(refusal([](Tables& t) { t.rows = 3; }), "ball must have 3 labels, got 2");
   EXPECT_EQ(refusal([&](Tables& t) { t.numbers["position"](0, 2) = inf; }),
             "position must be finite, or NaN where it was not measured");
   EXPECT_EQ(refusal([](Tables& t) { t.numbers["rotation"].row(0) *= 2; }),
