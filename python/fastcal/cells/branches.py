@@ -15,7 +15,7 @@ from functools import cached_property
 from fastcal.cells.cell import Arm, Cell
 from fastcal.cells.paths import Way
 from fastcal.conversion import convert
-from fastcal.conversion.joined import check_joins, joined_screws
+from fastcal.conversion.joined import check_joins, joined_screws, joints_of_last
 from fastcal.errors import InvalidInput
 from fastcal.place import Place, place_of
 from fastcal.robot.robot import Robot
@@ -96,6 +96,5 @@ def _weighs(cell: Cell, arm: Arm) -> bool:
 def _joints(path: Path) -> list[Spec]:
     """The joints of the path's last arm, the first in the frame of the last joint of the arm that carries it."""
     arm = path[-1]
-    specs = [{**each.robot.spec, "effects": []} for each in path]
-    own = convert(joined_screws(specs, arm.name), "urdf").spec["joints"][-arm.robot.joint_count :]
+    own = joints_of_last([each.robot.spec for each in path])
     return [{**joint, "name": str(Place(arm.name, "joint", i + 1))} for i, joint in enumerate(own)]

@@ -114,7 +114,7 @@ def _best(cells: Mapping[str, Cell], readings: Readings, options: dict[str, Any]
         for name in cells:
             square = float(np.nanmean(np.minimum(errors[name][kind], far) ** 2))
             costs[name] += np.count_nonzero(np.isfinite(first)) * float(np.log(max(square, 1e-300)))
-        count += np.count_nonzero(np.isfinite(first))
+        count += int(np.count_nonzero(np.isfinite(first)))
     best = min(costs, key=lambda name: costs[name])
     return best if costs[best] < costs[""] + count * np.log(_LESS) else ""
 

@@ -92,6 +92,13 @@ def piece(spec: Spec, chain: Chain, joints: Sequence[int], T: np.ndarray, effect
     return own | {"gravity_frame": "measuring", "base": frame_spec(T), "effects": [*effects], "structure": {}}
 
 
+def joints_of_last(specs: Sequence[Spec]) -> list[Spec]:
+    """The joints of the last of arms on each other, of kind urdf: the first in the frame of the last joint before it."""
+    bare = [{**spec, "effects": []} for spec in specs]
+    count = len(specs[-1]["joints"])
+    return list(convert(joined_screws(bare, specs[-1]["name"]), "urdf").spec["joints"][-count:])
+
+
 def check_joins(spec: Spec) -> None:
     """InvalidInput where an arm has something that it cannot bring along into a longer one."""
     if own := next((key for key in _ONE_ARM if spec.get(key)), None):
