@@ -174,8 +174,8 @@ def _refined(camera: Spec, placed: Sequence[Placed], side: float) -> Spec:
             g += left.T @ r
         by = -np.linalg.solve(N + damping * np.diag(np.diag(N)), g)
         tried = lens + scale * by
-        moves: list[FloatArray] = [-np.linalg.lstsq(B, r + A @ by, rcond=None)[0] for A, B, r in parts]
-        there = [moved(T, move) for T, move in zip(poses, moves, strict=True)]
+        moves = [np.linalg.lstsq(B, -r - A @ by, rcond=None)[0] for A, B, r in parts]
+        there = [moved(T, np.asarray(move, dtype=np.float64)) for T, move in zip(poses, moves, strict=True)]
         now = _cost(camera, tried, placed, there) + float(held(tried) @ held(tried))
         if not now < cost:
             damping *= 10
