@@ -76,6 +76,20 @@ def test_the_steps_and_corners_of_single_arms_are_the_kept_ones() -> None:
     assert "hidden at 118, but at 9.4 to 127.6 N m on single arms" in text
 
 
+def test_networks_on_poses_leave_what_the_page_says() -> None:
+    text = unwrapped("docs/networks.md")
+    runs = read_json(ROOT / "bench" / "python" / "bench_orientation.json")
+    for run, arm in zip(runs, ("UR5", "RX160L", "KR 6 R900"), strict=True):
+        parts = []
+        for part in ("unseen", "commands"):
+            (a, b), (c, d) = run[part]["model"], run[part]["network"]
+            assert c < a / 2
+            assert d < b / 2
+            parts.append(f"{significant(a)} mm and {b:.4f} deg, {significant(c)} mm and {d:.4f} deg")
+        assert f"| {arm} | {parts[0]} | {parts[1]} |" in text
+        assert f"seed {run['seed']})" in text
+
+
 def test_splits_of_other_seeds_leave_what_the_page_says() -> None:
     record = read_json(ROOT / "bench" / "papers" / "real_splits.json")
     mean = {
