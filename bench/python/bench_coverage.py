@@ -6,10 +6,10 @@ Each set has an arm of its own (geometry off by 0.5 mm and 0.5 mrad, effects of 
 conditions and noise of its own; fastcal simulates it and, given which effects there are, identifies them. Counted are
 the effects' parameters; what is reported as unidentifiable is not promised, and counted apart. FILE holds every row
 as soon as it is counted: the same command again goes on where it was stopped. `--kinds` counts kinds of reading
-instead, alone and in pairs (`coverage_of_kinds.py`).
+instead, alone and in pairs (`coverage_of_kinds.py`), `--touches` those of balls, cubes and dial gauges alone.
 
     python bench/python/bench_coverage.py [--sets 200] [--jobs N] [--loss tukey none] [--out FILE]
-        [--effects NAME ... | --kinds]
+        [--effects NAME ... | --kinds | --touches]
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ class Miss:
 
 def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
     """Simulates and identifies one set of an effect, or of a group of three; None where it did not converge."""
-    if label in coverage_of_kinds.LABELS:
+    if label.startswith(coverage_of_kinds.HEAD):
         found = coverage_of_kinds.numbers(label, seed, loss)
         return None if found is None else [_miss(label, number) for number in found]
     random = np.random.default_rng([zlib.crc32(label.encode()), seed])
@@ -311,7 +311,8 @@ def measure(
             rows = table | {
                 label: row_of(joblib.Parallel(jobs)(joblib.delayed(trial)(label, k, loss) for k in range(sets)))
             }
-            rows = {each: rows[each] for each in [*OWNERS, GROUPS, *coverage_of_kinds.LABELS] if each in rows}
+            kinds = [*coverage_of_kinds.LABELS, *coverage_of_kinds.TOUCH_LABELS]
+            rows = {each: rows[each] for each in [*OWNERS, GROUPS, *kinds] if each in rows}
             table = rows | {"pooled": pooled(rows.values())}
             keep(table)
     return table
@@ -334,9 +335,11 @@ def main() -> None:
     parser.add_argument("--loss", nargs="+", choices=LOSSES, default=["tukey", "none"])
     parser.add_argument("--effects", nargs="+", choices=[*OWNERS, GROUPS], default=[*OWNERS, GROUPS])
     parser.add_argument("--kinds", action="store_true")
+    parser.add_argument("--touches", action="store_true")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     labels = coverage_of_kinds.LABELS if options.kinds else options.effects
+    labels = coverage_of_kinds.TOUCH_LABELS if options.touches else labels
     tables = read_tables(options.out, options.sets)
 
     def keep(loss: str, rows: dict[str, Row]) -> None:
