@@ -27,6 +27,7 @@ def unwrapped(file: str) -> str:
 def table_of(study: str, title: str) -> dict[str, Any]:
     """A kept table by its title."""
     exhibits = [exhibit for section in kept(study)["sections"] for exhibit in section["exhibits"]]
+    table: dict[str, Any]
     (table,) = [exhibit for exhibit in exhibits if exhibit["kind"] == "table" and exhibit["title"] == title]
     return table
 
@@ -78,7 +79,7 @@ def test_the_steps_and_corners_of_single_arms_are_the_kept_ones() -> None:
 
 def test_networks_on_poses_leave_what_the_page_says() -> None:
     text = unwrapped("docs/networks.md")
-    runs = read_json(ROOT / "bench" / "python" / "bench_orientation.json")
+    runs = read_json(ROOT / "bench" / "python" / "bench_orientation.json")["runs"]
     for run, arm in zip(runs, ("UR5", "RX160L", "KR 6 R900"), strict=True):
         parts = []
         for part in ("unseen", "commands"):
