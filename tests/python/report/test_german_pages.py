@@ -14,29 +14,8 @@ from . import pages_of_arms, pages_of_kinds  # noqa: F401 - their pages are case
 from .pages_of_fits import CASES
 
 # Words that hardly an English sentence lacks, and no German one has.
-ENGLISH = set(
-    [
-        "the",
-        "of",
-        "and",
-        "with",
-        "from",
-        "that",
-        "are",
-        "is",
-        "were",
-        "not",
-        "this",
-        "which",
-        "has",
-        "have",
-        "by",
-        "on",
-        "its",
-        "for",
-        "be",
-    ]
-)
+ENGLISH = {"the", "of", "and", "with", "from", "that", "are", "is", "were", "not", "this", "which", "has", "have", "by"}
+ENGLISH |= {"on", "its", "for", "be"}
 # Sentences of rooms that speak English alone (docs/architecture.md).
 ALONE = re.compile(r"^(fastcal|nonlinear least squares)")
 
@@ -59,7 +38,6 @@ def english(page: str) -> list[str]:
         "calibrate_outliers",
         "calibrate_full_poses",
         "calibrate_two_stations",
-        "compliance_of_loads",
         "diagnose_few",
         "check_collision",
     ],
