@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: MIT
 """Every input that can't be meant gives one line on standard error and exit code 2, and leaves no file."""
 
-import csv
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -174,7 +173,7 @@ def test_rows_that_test_what_they_were_fitted_on_are_noticed(demo, good, tmp_pat
 
 @pytest.mark.parametrize("command", ["calibrate", "diagnose"])
 def test_a_test_that_was_measured_from_another_place_is_said(demo, good, tmp_path, fastcal, command) -> None:
-    rows = list(csv.reader((demo / "test.csv").open()))
+    rows = [line.split(",") for line in (demo / "test.csv").read_text(encoding="utf-8").splitlines()]
     x, y = rows[0].index("x_mm"), rows[0].index("y_mm")
     for row in rows[1:]:  # turned by 90 degrees about z, and 3 m away
         row[x], row[y] = str(3000 - float(row[y])), row[x]
