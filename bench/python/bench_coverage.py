@@ -47,6 +47,7 @@ POSES = 200
 NOISE = to_si(0.03, "mm")
 GROUPS = "groups of three"
 SCALE = "measurement_scale"  # needs known lengths: identified by itself, without geometry
+POSTURE = "posture_backlash"  # counted alone: the groups of the record were drawn before it
 
 # Where on the arm each effect is visible.
 OWNERS: dict[str, tuple[str, ...]] = {
@@ -70,6 +71,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     SCALE: ("@instrument",),
     "payload_com": ("@payload",),
     "payload_mass": ("@payload",),
+    POSTURE: ("@joint1<-joint2", "@joint3<-joint5", "@joint5<-joint3", "@joint2<-joint1"),
     "range_step": ("@instrument",),
     "range_wave": ("@instrument:period_mm=700",),
     "reduction_ratio": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
@@ -84,13 +86,11 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "tool_step": ("@tool",),
     "zero_step": ("@joint1", "@joint2", "@joint3", "@joint5"),
 }
-# They describe an arm without masses, with loops, a history, an instrument or a side that nobody recorded, and have
-# recovery tests of their own.
+# They describe an arm without masses, with loops, a history or an instrument, and have recovery tests of their own.
 ELSEWHERE = {
     "friction",
     "gravity_sag",
     "pin_slack",
-    "posture_backlash",
     "settling",
     "surrogate",
     "tracker_angle",
@@ -164,6 +164,9 @@ def drawn(entry: Spec, random: np.random.Generator) -> Spec:
         return entry | {"parameters": {"amplitude_rad": random.uniform(1e-4, 5e-4), "phase_rad": random.uniform(-3, 3)}}
     if name in ("base_step", "range_step", "tool_step", "zero_step"):
         entry = entry | {"at_s": random.uniform(4000.0, 10000.0)}
+    if name == POSTURE:
+        low, high = from_si(arm().limits[int(entry["owner"][-1]) - 1], "deg")
+        entry = entry | {"at_deg": low + random.uniform(0.25, 0.75) * (high - low)}
     (effect,) = build_effects([entry], arm().core)
     size = np.array([STIFF.get(p.unit, 1.0) * p.sigma for p in effect.parameters])
     if name == "joint_profile":
@@ -201,7 +204,8 @@ def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
     random = np.random.default_rng([zlib.crc32(label.encode()), seed])
     names = [label]
     if label == GROUPS:
-        names = sorted(random.choice([name for name in OWNERS if name != SCALE], 3, replace=False).tolist())
+        drawn_from = [name for name in OWNERS if name not in (SCALE, POSTURE)]
+        names = sorted(random.choice(drawn_from, 3, replace=False).tolist())
     asked = [name + str(random.choice(OWNERS[name])) for name in names]
     soft = [name.partition("@")[2] for name in asked if name.startswith("joint_compliance")]
     through = [other for other in THROUGH if set(names) & set(WEIGHTS) and other.partition("@")[2] not in soft]

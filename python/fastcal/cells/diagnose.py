@@ -13,14 +13,14 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
+from fastcal.cells.written import written_cell
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Finding
-from fastcal.effects.entries import label, traits_of
+from fastcal.effects.entries import label, options_of, traits_of
 from fastcal.effects.rig_traits import BOARD_BEND, BOARD_SCALE, INTRINSICS, RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -201,9 +201,12 @@ def diagnose_cell(
     effects = _merged(ways, bool(exclude))
     notify("calibrating the cell with what was found")
     with_effects, notes = _with_effects(cell, ways, effects)
-    there = calibrate_cell(with_effects, readings, mend=mend, threads=threads)
+    is_sure = all(of.finding.grade != "C" for of in effects)
+    given: dict[str, Any] = {"exclude": exclude, "mend": mend, "threads": threads}
+    written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
+    notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
-    return CellDiagnosis(there.cell, ways, effects, notes)
+    return CellDiagnosis(written, ways, effects, notes)
 
 
 def _with_numbers(members: Mapping[str, Spec], found: Mapping[str, Spec], owner: str) -> dict[str, Spec]:
@@ -325,7 +328,7 @@ def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[Ce
                 cell, told = seeing.mended(cell, of.finding)
                 notes += told
             continue
-        if len(way.arms) > 1 and traits_of(of.entry["effect"]).refers_to != "axes":
+        if len(way.arms) > 1 and not _can_be_of_an_arm(of.entry):
             notes.append(
                 f"{of.finding.label} is not in model.yaml: it refers to the rows of the whole way to {way.name}"
             )
@@ -341,6 +344,16 @@ def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[Ce
             continue
         cell = tried
     return cell, notes
+
+
+def _can_be_of_an_arm(entry: Entry) -> bool:
+    """Can an effect of a way be one of the arm that has its owner?
+
+    What follows axes alone is the same there. What refers to the rows of the way finds other numbers in the arm's own,
+    where it has nothing but numbers, and is of a joint or link.
+    """
+    place, refers_to = place_of(entry["owner"]), traits_of(entry["effect"]).refers_to
+    return refers_to == "axes" or (refers_to == "rows" and place.number > 0 and not options_of(entry))
 
 
 def _unexplained(each: WayDiagnosis) -> dict[str, Any]:

@@ -23,6 +23,7 @@ import numpy as np
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.calibration.unknowns import CORNERS
+from fastcal.cells.branches import loaded
 from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.paths import Way, possible_ways
 from fastcal.cells.readings import Readings
@@ -243,7 +244,7 @@ def seen_ways(cell: Cell, readings: Readings) -> list[Way]:
         InvalidInput: No joint lies between what reads and what is read.
     """
     points = {of.name: of for of in cell.points}
-    out = possible_ways(cell, readings.views)
+    out = [loaded(cell, way) for way in possible_ways(cell, readings.views)]
     known = {way.name for way in out}
     for view in readings.views:
         target, _, sensor = view.partition(":")

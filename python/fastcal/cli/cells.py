@@ -24,6 +24,7 @@ def calibrate_cell(
     test: Path | None,
     corners: tuple[Path | None, Path | None],
     mend: bool,
+    effects: str,
     loss: str,
     threads: int,
     given: Mapping[str, Any],
@@ -35,6 +36,7 @@ def calibrate_cell(
     `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `given`: options of
     `fastcal calibrate` that a cell does not take, and what they are where they were not given.
     """
+    from fastcal.cells.asked import with_effects
     from fastcal.cells.calibrate import calibrate_cell as calibrated
     from fastcal.cells.cameras import cell_hand_eyes
     from fastcal.cli.hand_eye import check_hand_eyes, write
@@ -47,12 +49,15 @@ def calibrate_cell(
     check_hand_eyes(hand_eye)
     refuse(given)
     nominal = load_cell(cell)
+    asked = effects != "geometry"
+    nominal = with_effects(nominal, effects) if asked else nominal
     if hand_eye:
         cell_hand_eyes(nominal)  # says so where there is no sensor
     readings = load_seen_readings(_one(data), nominal, corners[0])
     other = None if test is None else load_seen_readings(test, nominal, corners[1])
     with progress() as show:
-        found = calibrated(nominal, readings, test=other, mend=mend, loss=loss, threads=threads, progress=show)
+        options: dict[str, Any] = {"mend": mend, "loss": loss, "threads": threads, "progress": show}
+        found = calibrated(nominal, readings, test=other, effects=asked, **options)
         show("writing the report")
         write_cell_calibration(found, output, language=language)
     warn([*found.notes, *([found.held] if found.held else [])])

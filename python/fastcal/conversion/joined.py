@@ -23,9 +23,6 @@ _ONE_ARM = ("coupling", "pendant", "structure", "compensator", "correction", "lo
 def joined(specs: Sequence[Spec], name: str) -> Spec:
     """The canonical spec of arms on each other, in the kind of the last where that is a table of rows.
 
-    T(q) = T_base_1 C_1(q_1) T_base_2 C_2(q_2) ... T_tool, T_base_k being where arm k stands on the flange of the one
-    before, C_k its chain. Tool, payload and gravity are the last one's.
-
     Args:
         specs: Canonical, from the ground on; one alone is given back with its new name.
         name: Of the whole.
@@ -35,6 +32,20 @@ def joined(specs: Sequence[Spec], name: str) -> Spec:
     """
     if len(specs) == 1:
         return {**specs[0], "name": name}
+    kind = specs[-1]["kinematics"]
+    out = joined_screws(specs, name)
+    return convert(out, kind).spec if kind in ("dh", "mdh") else out
+
+
+def joined_screws(specs: Sequence[Spec], name: str) -> Spec:
+    """The canonical spec of arms on each other as screws (kind poe).
+
+    T(q) = T_base_1 C_1(q_1) T_base_2 C_2(q_2) ... T_tool, T_base_k being where arm k stands on the flange of the one
+    before, C_k its chain. Tool and payload are the last one's; gravity is that of the first, on which all stand.
+
+    Raises:
+        InvalidInput: As of `joined`.
+    """
     for spec in specs:
         check_joins(spec)
     T = np.eye(4)
@@ -57,8 +68,8 @@ def joined(specs: Sequence[Spec], name: str) -> Spec:
     out: Spec = {"name": name, "kinematics": "poe", "joints": geometry.joints, **geometry.ends}
     out |= {"base": specs[0]["base"], "tool": last["tool"], "payload": last["payload"]}
     out |= {key: last[key] for key in ("wrench_frame", "equilibrium") if key in last}
-    out |= {"gravity_m_s2": last["gravity_m_s2"], "gravity_frame": "measuring", "effects": effects, "structure": {}}
-    return convert(out, last["kinematics"]).spec if last["kinematics"] in ("dh", "mdh") else out
+    out |= {key: specs[0][key] for key in ("gravity_m_s2", "gravity_frame")}
+    return out | {"effects": effects, "structure": {}}
 
 
 def piece(spec: Spec, chain: Chain, joints: Sequence[int], T: np.ndarray, effects: Sequence[Spec]) -> Spec:
@@ -79,6 +90,13 @@ def piece(spec: Spec, chain: Chain, joints: Sequence[int], T: np.ndarray, effect
     own: Spec = {"name": spec["name"], "kinematics": "poe", "joints": geometry.joints, **geometry.ends}
     own |= {key: spec[key] for key in _KEPT if key in spec}
     return own | {"gravity_frame": "measuring", "base": frame_spec(T), "effects": [*effects], "structure": {}}
+
+
+def joints_of_last(specs: Sequence[Spec]) -> list[Spec]:
+    """The joints of the last of arms on each other, of kind urdf: the first in the frame of the last joint before it."""
+    bare = [{**spec, "effects": []} for spec in specs]
+    count = len(specs[-1]["joints"])
+    return list(convert(joined_screws(bare, specs[-1]["name"]), "urdf").spec["joints"][-count:])
 
 
 def check_joins(spec: Spec) -> None:

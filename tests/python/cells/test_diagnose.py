@@ -108,7 +108,8 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, None)
     assert found["verdict"] == "none"
     assert found["effects"] == []
-    assert found["ways"]["smr_left"]["joints"][:2] == ["column.joint1", "left.joint1"]
+    assert found["ways"]["smr_left"]["joints"][:2] == ["column.joint1", "right.joint1"]  # whose weight it carries too
+    assert found["ways"]["smr_left"]["joints"][-1] == "left.joint6"
 
 
 def test_what_is_excluded_is_not_given(tmp_path: Path) -> None:
