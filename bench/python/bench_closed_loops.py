@@ -8,7 +8,8 @@ method of its own here, on all equations; fastcal reads the folder's `robot.yaml
 end is and how it moves with the motors. A spherical joint stands as three hinges; a passive joint that no loop holds,
 as the spin of a rod between two balls, is held where it is.
 
-    python bench/python/bench_closed_loops.py FOLDER [--models NAME ...] [--postures 20] [--out bench/python/bench_closed_loops.json]
+    python bench/python/bench_closed_loops.py FOLDER [--models NAME ...] [--postures 20]
+        [--out bench/python/bench_closed_loops.json]
 """
 
 from __future__ import annotations

@@ -89,7 +89,10 @@ OWNERS: dict[str, tuple[str, ...]] = {
 ELSEWHERE = {
     "friction",
     "gravity_sag",
+    "pin_compliance",
     "pin_slack",
+    "rod_compliance",
+    "rod_slack",
     "posture_backlash",
     "settling",
     "surrogate",
