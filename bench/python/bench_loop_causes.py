@@ -65,7 +65,9 @@ def drawn_cause(kind: str, robot: Robot, random: np.random.Generator) -> tuple[s
     if kind == "other":
         effect = str(random.choice(OTHERS))
         motors = [f"joint{k + 1}" for k in range(robot.joint_count) if k not in robot.passive]
-        return effect, str(random.choice(motors))
+        there = effect_owners(effect.partition(":")[0], robot.core)
+        motors = [owner for owner in motors if owner in there]
+        return (effect, str(random.choice(motors))) if motors else drawn_cause(kind, robot, random)
     names = ("pin_slack", "rod_slack") if kind == "slack" else ("pin_compliance", "rod_compliance", "joint_compliance")
     motors = {f"joint{k + 1}" for k in range(robot.joint_count) if k not in robot.passive}
     there = [(name, owner) for name in names for owner in effect_owners(name, robot.core)
