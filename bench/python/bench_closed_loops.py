@@ -137,12 +137,12 @@ def read(folder: Path) -> Mechanism:
         closures.append(Closure((ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), kind.lower() == "6d"))
     tree = ElementTree.parse(urdf_of(folder / "robot.yaml")).getroot()  # noqa: S314 - as pinocchio has read it
     carriers = {joint.find("parent").attrib["link"] for joint in tree.findall("joint")}  # type: ignore[union-attr]
-    ends = [link.attrib["name"] for link in tree.findall("link") if link.attrib["name"] not in carriers]
-    for name in ends:
+    tips = [link.attrib["name"] for link in tree.findall("link") if link.attrib["name"] not in carriers]
+    for name in tips:
         frame = urdf.frames[urdf.getFrameId(name, pin.BODY)]
         parent, place = stands[frame.parentJoint]
         out.addFrame(pin.Frame(name, parent, place * frame.placement, pin.OP_FRAME))
-    return Mechanism(out, said["name_mot"], closures, ends)
+    return Mechanism(out, said["name_mot"], closures, tips)
 
 
 def tip_of(folder: Path, mechanism: Mechanism) -> tuple[Robot, str]:

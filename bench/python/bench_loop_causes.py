@@ -69,11 +69,15 @@ def drawn_cause(kind: str, robot: Robot, random: np.random.Generator) -> tuple[s
         motors = [owner for owner in motors if owner in there]
         return (effect, str(random.choice(motors))) if motors else drawn_cause(kind, robot, random)
     names = ("pin_slack", "rod_slack") if kind == "slack" else ("pin_compliance", "rod_compliance", "joint_compliance")
-    motors = {f"joint{k + 1}" for k in range(robot.joint_count) if k not in robot.passive}
-    there = [(name, owner) for name in names for owner in effect_owners(name, robot.core)
-             if name != "joint_compliance" or owner in motors]  # fmt: skip
-    effect = str(random.choice(sorted({name for name, _ in there})))
-    return effect, str(random.choice([owner for name, owner in there if name == effect]))
+    driven = {f"joint{k + 1}" for k in range(robot.joint_count) if k not in robot.passive}
+    causes = [
+        (name, owner)
+        for name in names
+        for owner in effect_owners(name, robot.core)
+        if name != "joint_compliance" or owner in driven
+    ]
+    effect = str(random.choice(sorted({name for name, _ in causes})))
+    return effect, str(random.choice([owner for name, owner in causes if name == effect]))
 
 
 def with_cause(real: Robot, effect: str, owner: str, size: float) -> Robot:

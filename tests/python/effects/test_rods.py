@@ -52,11 +52,9 @@ def of_statics(robot: Robot, rows: Dataset) -> Array:
             start = np.asarray(loop["from_xyz_mm"]) / 1e3
             if loop["from"] != "base":
                 number = int(loop["from"].removeprefix("link"))
-                turn = np.radians(robot.joints[number - 1].origin.rpy_deg[2])
-                arm, swing = (
-                    float(rows.q[i, number - 1]),
-                    np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]),
-                )
+                turn = np.radians(robot.spec["joints"][number - 1]["origin"]["rpy_deg"][2])
+                arm = float(rows.q[i, number - 1])
+                swing = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
                 x, y, z = start
                 start = np.array([*(swing @ [x * np.cos(arm) + z * np.sin(arm), y]), z * np.cos(arm) - x * np.sin(arm)])
                 start = start + origins[i, 2 * number - 1]
