@@ -96,6 +96,8 @@ def with_cause(real: Robot, effect: str, owner: str, size: float) -> Robot:
         edge_name(p, geometry=False): value_at_edge(p, size * (k == 0), geometry=False)
         for k, p in enumerate(built.parameters)
     }
+    if name == "gear_harmonic":  # a wave is written by its amplitude and phase
+        values = {"amplitude_rad": size, "phase_rad": 0.5}
     return real.with_(effects=[entry | {"parameters": values}])
 
 
