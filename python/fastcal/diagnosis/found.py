@@ -216,7 +216,10 @@ class Found:
 
     def _written(self, names: Sequence[Hypothesis]) -> list[Fit]:
         """The fits that are written: with each name, then with the curves, or with the arm held."""
-        fits = adaptation.fits(self.search, self.model.state, names)
+        state = self.model.state
+        if self.written.holds_the_arm:
+            state = self.search.state(state.names, self.search.start) if state.names else self.search.start
+        fits = adaptation.fits(self.search, state, names)
         if self.rows is not None:
             whole = self.whole
             fits = each(lambda at: self.fit if at is self.model.fit else fit(whole, at.added, at), fits)
