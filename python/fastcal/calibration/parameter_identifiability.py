@@ -21,7 +21,6 @@ from fastcal.calibration.simulation import random_poses
 from fastcal.errors import InvalidInput
 from fastcal.robot.robot import Robot
 
-KINDS = ("independent", "correlated", "without_effect")
 MEASURED = {"position": 3, "pose": 6}
 _TIE = 1e-3  # of a priority: it decides between equals alone
 NOTHING = 1e-9  # of the largest singular value: what rounding leaves of nothing

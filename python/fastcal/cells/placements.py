@@ -34,11 +34,6 @@ class Placement:
     std_mm: tuple[float | None, ...]
     std_deg: tuple[float | None, ...]
 
-    @property
-    def is_identified(self) -> bool:
-        """Was any of its six numbers?"""
-        return any(std is not None for std in (*self.std_mm, *self.std_deg))
-
     def to_json_dict(self) -> dict[str, Any]:
         """An entry of `placements` in result.json."""
         return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(self).items()}

@@ -14,8 +14,9 @@ from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.fits import Fit, held
+from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.memory import without_memory
+from fastcal.diagnosis.priors import held
 from fastcal.effects.entries import curve_of
 from fastcal.place import place_of
 from fastcal.robot.robot import Spec

@@ -37,7 +37,6 @@ from fastcal.diagnosis.problem import Linearization, Problem
 from fastcal.diagnosis.projection import basis, root, root_again
 from fastcal.diagnosis.starting_values import carried, first_guess
 from fastcal.robot.robot import Spec
-from fastcal.robot.se3 import inverse
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -49,7 +48,6 @@ MAX_ITERATIONS = 15
 # Share of chi square that rounding may make of a gain or a loss.
 CHI_SQUARE_SHARE = 1e-5
 _COVARIANCE = 1e-6  # relative error of a covariance that decides nothing
-_OTHERWISE = 0.1  # of the moves of the nominal arm: a real one's lengths and ratios are off by a hundredth at most
 _WIDER = 1.3  # by which the longest reach grows with each step that succeeds, once one has failed
 
 
@@ -202,7 +200,7 @@ class Fit:
         return self._with_priors(_columns(self.near, self.free) / factor, -self.near.r / factor)
 
     def _with_priors(self, A: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
-        deviation = held(self.prior, self.pull)[self.free]
+        deviation = priors.held(self.prior, self.pull)[self.free]
         away = (self.theta - self.centre)[self.free] / deviation
         row = np.concatenate([self.near.row, np.full(len(away), -1)])
         return _above(A, 1 / deviation), np.concatenate([r, -away]), row
@@ -230,7 +228,7 @@ class Fit:
 
         m - tr(J (J^T J + D^-2)^-1 J^T), D the deviations of priors and pulls.
         """
-        hold = held(self.prior, self.pull)[self.free]
+        hold = priors.held(self.prior, self.pull)[self.free]
         scaled = self.normal * np.outer(hold, hold)
         try:
             open_to_priors = float(np.sum(lapack.dtrtri(np.linalg.cholesky(scaled), lower=1)[0] ** 2))
@@ -238,26 +236,6 @@ class Fit:
             open_to_priors = float(np.sum(1 / np.maximum(np.linalg.eigvalsh(scaled), 1.0)))
         determined = len(hold) - open_to_priors
         return max(len(self.near.r) - determined, 1.0)
-
-    @cached_property
-    def is_another_arm(self) -> bool:
-        """Does the last frame move otherwise than the nominal one's, where nothing measured shows by how much it moves?
-
-        All that touches of unknown points leave vanishes with the size of the arm, its ratios, or where the tool stands
-        still: least squares of a coarse arm ends there, however wrong that is.
-        """
-        if self.problem.measured.shows_scale:
-            return False
-        share = self._moves(self.theta) / self._moves(np.asarray(self.model.start))
-        return not 1 - _OTHERWISE < share < 1 + _OTHERWISE
-
-    def _moves(self, theta: FloatArray) -> float:
-        """How far the last frame is from its mean place, RMS over the rows [m]."""
-        theta = theta[: len(self.model.parameters)]
-        tool = self.model.robot.base_and_tool(theta[: self.problem.own])[1]
-        T = np.asarray(self.model.predict(self.samples, theta, self.problem.threads)) @ inverse(tool)
-        places = T[:, :3, 3]
-        return float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
 
     @cached_property
     def loads(self) -> FloatArray:
@@ -345,7 +323,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         own = slice(problem.own)
         pull[own] = geometry_pulls(model)
         centre[own] = np.where(np.isfinite(pull[own]), start.theta[own], centre[own])
-    deviation = held(prior, pull)[free]
+    deviation = priors.held(prior, pull)[free]
     best = remaining(theta, near), theta, near
     reach = most = MAX_STEP
     converged = has_failed = False
@@ -370,20 +348,6 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         most = min(_WIDER * most, MAX_STEP)  # a reach that failed is not tried again at once
     theta, fixed = best[1], (free, prior, pull, centre)
     return Fit(problem, added, entries, model, samples, theta, *fixed, best[0], best[2], converged, work, begun[1])
-
-
-def is_beyond_bounds(at: Fit, name: Hypothesis) -> bool:
-    """Has an added effect a parameter that it cannot have, such as a negative compliance, or is it another arm?"""
-    place = at.place(name)
-    return at.is_another_arm or any(
-        not p.lower - 1e-9 * p.sigma <= value <= p.upper + 1e-9 * p.sigma
-        for p, value in zip(at.model.parameters[place], at.theta[place], strict=True)
-    )
-
-
-def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
-    """(P,) deviation of a prior and a pull together."""
-    return np.asarray(1 / np.hypot(1 / prior, 1 / pull))
 
 
 def _columns(near: Linearization, free: list[int]) -> FloatArray:

@@ -15,7 +15,8 @@ from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.parallel import each
 from fastcal.calibration.pose_folds import along_a_path
 from fastcal.diagnosis import adaptation, grading, rivals, sensitivity, unexplained
-from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
+from fastcal.diagnosis.doubts import is_beyond_bounds
+from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.heavy_tails import weighed
 from fastcal.diagnosis.library import Hypothesis, Library, build_library
 from fastcal.diagnosis.many_rows import on_all_rows
@@ -265,7 +266,8 @@ class Found:
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
         unsure = self.told.unsure.get(repr(name))
         beside = [(proofs[k], other) for k, other in enumerate(self.best.names) if k != at]
-        weak = () if unsure else grading.may_be_another(proof, name, beside, others, remaining is not None)
+        left = None if remaining is None else float(np.sqrt(remaining.share * unexplained.misfit(self.search)))
+        weak = () if unsure else grading.may_be_another(proof, name, beside, others, left)
         if weak and grade == "B":
             told = {because.reason for because in weak}
             grade, limits = "C", (*weak, *(because for because in limits if because.reason not in told))

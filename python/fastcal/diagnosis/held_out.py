@@ -24,8 +24,9 @@ from fastcal.calibration.parallel import each
 from fastcal.calibration.pose_folds import measuring_place, pose_folds
 from fastcal.calibration.repeatability import place_groups
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.fits import Fit, held
+from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.noise_scales import first_kind, numbers_of, sigmas
+from fastcal.diagnosis.priors import held
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.splits import deal

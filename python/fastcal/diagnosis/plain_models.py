@@ -21,7 +21,8 @@ from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
-from fastcal.diagnosis.fits import fit, is_beyond_bounds
+from fastcal.diagnosis.doubts import is_beyond_bounds
+from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_arm import arm_size, holding
 from fastcal.diagnosis.held_out import REGIONS, STRETCHES, HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, is_excluded, without_masses

@@ -1,39 +1,27 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What parameters may be: plausible sizes and the deviations of their priors, before the rows are looked at.
-
-And whether the rows show where a law bends, and what a joint yields to.
-"""
+"""What parameters may be: plausible sizes and the deviations of their priors, before the rows are looked at."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.parameter_limits import has_prior
-from fastcal.calibration.repeatability import pose_groups
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Linearization, Problem, core_entry
 from fastcal.effects.entries import curve_of
-from fastcal.place import place_of
 from fastcal.robot.robot import Spec
-
-if TYPE_CHECKING:
-    from fastcal.diagnosis.fits import Fit
-    from fastcal.diagnosis.library import Hypothesis
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 # Share of the misfit that a parameter of its usual size must move to have an influence at all.
 MIN_INFLUENCE = 1e-9
-# Share of the moment on a joint that turns it, below which its load is made by how the axis is tilted [0.6 deg].
-MIN_LOAD_SHARE = 1e-2
 # Largest plausible size of a length or an angle of the geometry [1 mm, 1 mrad]: beyond, the tool moves along a curve.
 MAX_GEOMETRY_SIZE = 30.0
 
@@ -100,6 +88,11 @@ def _given_sizes(problem: Problem, model: _core.ErrorModel) -> FloatArray:
     return np.where(np.isfinite(given), given, 1.0)
 
 
+def held(prior: FloatArray, pull: FloatArray) -> FloatArray:
+    """(P,) deviation of a prior and a pull together."""
+    return np.asarray(1 / np.hypot(1 / prior, 1 / pull))
+
+
 def of_effects(
     problem: Problem, entries: Sequence[Spec], effects: Sequence[_core.Effect], model: _core.ErrorModel
 ) -> FloatArray:
@@ -114,37 +107,3 @@ def of_effects(
             out[at : at + count] = prior_deviations(float(entry["curvature"]), np.asarray(effect.penalty))
         at += count
     return out
-
-
-def bends_unseen(at: Fit, name: Hypothesis) -> bool:
-    """Do fewer than MIN_ROWS_BESIDE_STEP poses load the joint less, or more, than where an added law bends?
-
-    Its slope on that side is then that of a few poses: a step at no load, or a line that other loads do not follow.
-    """
-    if name.traits.searched != "critical" or "torque" in name.entry:  # of a part of the load
-        return False
-    place = at.place(name)
-    corners = [
-        value
-        for p, value in zip(at.model.parameters[place], at.theta[place], strict=True)
-        if p.name.startswith("critical")
-    ]
-    first = np.unique(pose_groups(at.problem.kept), return_index=True)[1]  # a pose that is repeated shows one load
-    load = np.abs(at.loads[first, place_of(name.owner).index])
-    below = [int(np.sum(load < corner)) for corner in corners]
-    return any(min(count, len(load) - count) < rules.MIN_ROWS_BESIDE_STEP for count in below)
-
-
-def bears_little(at: Fit, name: Hypothesis) -> bool:
-    """Does an added law of a joint's load follow less than MIN_LOAD_SHARE of the moment, or of a slide's force, on it?
-
-    An upright axis bears what its tilt and the middle of the weights make: what is missing elsewhere can turn it by any
-    angle, in other postures by another one. Of the arm as it starts: where a fit has taken the weight from a joint, it
-    is the weight that is wrong.
-    """
-    if name.traits.depends_on != ("torque",):
-        return False
-    joint = place_of(name.owner).index
-    load = np.asarray(at.model.loads(at.samples, at.model.start, False, at.problem.threads))[:, 2 * joint + 1]
-    part = load[:, 3:] if at.problem.start.robot.joint_types[joint] == "revolute" else load[:, :3]
-    return bool(np.linalg.norm(part[:, 2]) < MIN_LOAD_SHARE * np.linalg.norm(part))

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
-from fastcal.diagnosis.fits import Fit, fit, is_beyond_bounds
+from fastcal.diagnosis.doubts import is_impossible
+from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, lead, positions
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
-from fastcal.diagnosis.priors import bears_little, bends_unseen
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.scans import at_best_moment
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -159,8 +159,7 @@ class SearchNode:
     @cached_property
     def impossible(self) -> bool:
         """A parameter is beyond its bounds, a law bends where no rows are or has no load: another cause's symptoms."""
-        doubts = (is_beyond_bounds, bends_unseen, bears_little)
-        return any(doubt(self.fit, name) for name in self.names for doubt in doubts)
+        return any(is_impossible(self.fit, name) for name in self.names)
 
     @property
     def key(self) -> tuple[str, ...]:

@@ -23,7 +23,6 @@ from fastcal.robot import se3
 from fastcal.units import from_si
 
 Spec = dict[str, Any]
-MOVING = ("revolute", "prismatic", "ball", "free")
 EVERY = ("x", "y", "z", "rx", "ry", "rz")
 # Of a pin whose z is the joint's axis: what a joint holds.
 HELD = {"revolute": EVERY[:5], "prismatic": (*EVERY[:2], *EVERY[3:]), "ball": EVERY[:3], "fixed": EVERY}

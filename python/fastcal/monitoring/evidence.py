@@ -121,11 +121,6 @@ class Evidence:
         return max(1 + (self.misfit - explained) / self._known, 1e-300)
 
     @property
-    def nothing(self) -> float:
-        """Logarithm of the odds of no change, on the scale of `Tested.odds`."""
-        return -self._power * float(np.log(self._spread(0.0)))
-
-    @property
     def noise_odds(self) -> tuple[float, float]:
         """Logarithm of the odds that nothing but the noise has grown, and by which factor: sqrt(T / f)."""
         logs = [

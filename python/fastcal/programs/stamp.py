@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from datetime import date, datetime, timezone
 
 from fastcal.errors import InvalidInput
-from fastcal.programs.program import Document, Program, Word
+from fastcal.programs.program import Document, Program
 
 _MARK = "fastcal compensated"
 _LINE = re.compile(r"^[^\n]*\bfastcal compensated [0-9a-f]{12}\b[^\n]*\n?", re.M)
@@ -23,8 +23,6 @@ _OF_FANUC = re.compile(r"^[ \t]*\d+:[ \t]*!(?:fastcal compensated [0-9a-f]{12}|f
 _NUMBERED = re.compile(r"^([ \t]*)(\d+)(?=:)", re.M)
 _LINE_HEAD = re.compile(r"^([ \t]*)(?:(\d+)(?=:)|-{3,})", re.M)
 _LONGEST = 32  # characters of a comment in LS
-
-Change = tuple[Word, str]
 
 
 def stamped_line(program: Program) -> tuple[str, int] | None:

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fastcal import Robot, load_robot, perturbed, random_poses, simulate
-from fastcal.diagnosis import Diagnosis, diagnose, fits
+from fastcal.diagnosis import Diagnosis, diagnose, fits, priors
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import lower_root
 
@@ -71,7 +71,7 @@ def test_a_fit_goes_on_from_where_one_of_the_same_rows_ended() -> None:
 
 
 def held_squares(fit: fits.Fit) -> NDArray[np.float64]:
-    return np.asarray(fits.held(fit.prior, fit.pull)[fit.free] ** 2)
+    return np.asarray(priors.held(fit.prior, fit.pull)[fit.free] ** 2)
 
 
 def test_the_model_is_the_fit_that_was_judged() -> None:

@@ -8,8 +8,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from fastcal.programs.book import LARGEST
 from fastcal.programs.program import Document, Number, Target, Word
-from fastcal.programs.scanning import Piece, number
 
 POSE = ("X", "Y", "Z", "W", "P", "R")
 
@@ -18,6 +18,7 @@ _HEAD = re.compile(r"^[ \t]*P\[[^\]\n]*\]\s*\{", re.M)
 _GROUP = re.compile(r"GP(\d+)\s*:")
 _VALUE = re.compile(r"\b(X|Y|Z|W|P|R|[JE]\d)\s*=[ \t]*([^\s,]*)[ \t]*(mm|deg)?")
 _CONFIGURATION = re.compile(r"CONFIG\s*:\s*'([^'\n]*)'")
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ def _taught(document: Document, place: int, plain: str, index: int, span: tuple[
     for key in keys:
         match = found[key]
         unit = match[3] or ("mm" if key in "XYZ" else "deg")
-        numbers.append(number(document, place, Piece(match[2], match.start(2), match.end(2)), unit, f"{name}, {key}"))
+        numbers.append(_number(document, place, match, unit, f"{name}, {key}"))
     words = {}
     if not joints and (configuration := _CONFIGURATION.search(document.text, *span)):
         words["CONFIG"] = Word(place, configuration.start(1), configuration.end(1), configuration[1])
@@ -92,3 +93,12 @@ def _taught(document: Document, place: int, plain: str, index: int, span: tuple[
         *(None if given is None or given[1].upper() == "F" else given[1] for given in (tool, frame)),
     )
     return Taught(index, target, at, external)
+
+
+def _number(document: Document, place: int, value: re.Match[str], unit: str, what: str) -> Number:
+    """The value of a match as a number; ParseError with its line where it is none."""
+    text, start, end = value[2], value.start(2), value.end(2)
+    if not re.fullmatch(_NUMBER, text) or not abs(float(text)) <= LARGEST:
+        expected = f"a number of at most {LARGEST:g}" if re.fullmatch(_NUMBER, text) else "a number"
+        raise document.error(start, f"{what}: expected {expected}, got '{text:.40}'")
+    return Number(place, start, end, text, float(text), unit)

@@ -59,7 +59,13 @@ class World:
         robot = SimpleNamespace(joints=[Joint("revolute", link=Link(1.0))])
         start = SimpleNamespace(robot=robot)
         self.problem = SimpleNamespace(
-            threads=1, names=list(self.names), noise=Noise((1.0, 1.0, 1.0)), kept=data, start=start, data=data
+            threads=1,
+            names=list(self.names),
+            noise=Noise((1.0, 1.0, 1.0)),
+            kept=data,
+            start=start,
+            data=data,
+            measured=SimpleNamespace(shows_scale=True),
         )
 
     def fit(self, problem: Any, added: Sequence[Hypothesis], start: Any = None) -> Any:
@@ -86,7 +92,6 @@ class World:
             value=lambda n: theta[places[id(n)]],
             covariance=np.linalg.inv(X.T @ X),
             model=SimpleNamespace(parameters=parameters),
-            is_another_arm=False,
             work=X.size,
         )
 

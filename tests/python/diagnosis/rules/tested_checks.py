@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal import load_robot
-from fastcal.diagnosis import generic, library, priors
+from fastcal.diagnosis import doubts, generic, library
 from fastcal.measurements.dataset import Dataset
 
 from .mutants import falls_with
@@ -76,7 +76,7 @@ def a_law_bends_only_where_poses_load_the_joint_less_and_more() -> None:
             problem=SimpleNamespace(kept=kept),
         )
         name = library.Hypothesis({"effect": effect, "owner": "joint2"})
-        assert priors.bends_unseen(at, name) is unseen
+        assert doubts.bends_unseen(at, name) is unseen
 
 
 @falls_with(LAG_SHARES=())
@@ -110,7 +110,7 @@ def a_step_anywhere_resembles_one_that_is_tried() -> None:
 
 def curves(data: Dataset, load: np.ndarray) -> dict[tuple[str, ...], np.ndarray]:
     loads = np.column_stack([load, load])
-    return {c.depends_on: c.values for c in generic.joint_curves(data, loads, [True, True])[0]}
+    return {c.depends_on: c.values for c in generic.joint_curves(data, loads, {0: True, 1: True})[0]}
 
 
 @falls_with(CURVE_ORDERS=2)
