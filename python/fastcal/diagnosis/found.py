@@ -216,15 +216,15 @@ class Found:
         return separating_plan(self.best, others)
 
     def _written(self, names: Sequence[Hypothesis]) -> list[Fit]:
-        """The fits that are written: with each name, then with the curves; or the geometry, and what holds the arm."""
+        """The fits that are written: with each name, then with the curves, or with the arm held."""
+        state = self.model.state
         if self.written.holds_the_arm:
-            start = self.search.start.fit
-            return [start if self.rows is None else fit(self.whole, [], start), self.fit]
-        fits = adaptation.fits(self.search, self.model.state, names)
+            state = self.search.state(state.names, self.search.start) if state.names else self.search.start
+        fits = adaptation.fits(self.search, state, names)
         if self.rows is not None:
             whole = self.whole
             fits = each(lambda at: self.fit if at is self.model.fit else fit(whole, at.added, at), fits)
-        if self.model.profiles:
+        if self.model.profiles or self.written.holds_the_arm:
             return [*fits, self.fit]
         if self.told.remains or self.written.is_plain:
             return fits  # a row that is far off may show what is missing; a plain model is the one that was judged

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: MIT
 """What was found beside what anyone would try by hand: the model that predicts rows held out of it best is written.
 
-Plain models are base and tool alone, the geometry held near nominal where rows are few (`shrinkage`), the geometry,
-and the geometry with the compliance, the sag, or a curve of every joint, or with compliance and curves; the latter by
-themselves and beside the names, all by least squares of all rows as well as without the rows and the memory of the
-noise that the diagnosis takes out. Rows are held out by poses, by stretches of the order of measuring and by regions
+Plain models are base and tool alone, the geometry, and the geometry with the compliance, the sag, or a curve of every
+joint, or with compliance and curves; by themselves and beside the names, where rows are few with the geometry held near
+nominal as well (`held_arm`), all by least squares of all rows as well as without the rows and the memory of the noise
+that the diagnosis takes out. Rows are held out by poses, by stretches of the order of measuring and by regions
 of the workspace, and judged as they were measured, whatever noise a fit assumes.
 """
 
@@ -23,7 +23,7 @@ from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.held_arm import holding
+from fastcal.diagnosis.held_arm import arm_size, holding
 from fastcal.diagnosis.held_out import REGIONS, STRETCHES, HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
@@ -70,6 +70,16 @@ class Judged:
         """Is the geometry nominal, or held near that?"""
         return self.model.fit.problem.arm_size is not None
 
+    @property
+    def has_curves(self) -> bool:
+        """Has it a curve over a position beside the names, which has none?"""
+        return any(traits_of(entry["effect"]).role == "curve" for entry in self.model.profiles)
+
+    @property
+    def is_as_simple(self) -> bool:
+        """Is it the arm as nominal, or held near that, and nothing else?"""
+        return self.holds_the_arm and not self.model.state.names and not self.model.profiles
+
     def shows(self, name: Hypothesis) -> bool:
         """Is a name of the set still clear beside what was added to it?"""
         own = next((n for n in self.model.fit.added if n.key == name.key), None)
@@ -109,9 +119,12 @@ class Judged:
             arm = said("{arm}, without the weight of the arm", arm=arm)
         if self.by_least_squares:
             arm = said("{arm}, by least squares of all rows", arm=arm)
-        better = said(
-            "it leaves {share:.0%} less of what poses held out of the fit are off by, squared", share=float(self.lead)
-        )
+        better = said("no richer one leaves clearly less of what poses held out of the fit are off by")
+        if self.lead > 0:
+            better = said(
+                "it leaves {share:.0%} less of what poses held out of the fit are off by, squared",
+                share=float(self.lead),
+            )
         return joined("; ", [arm, better])
 
 
@@ -134,18 +147,37 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
 
     Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
     something `remains` curves are tried too, and one standard error decides, as always for what only holds the arm: it
-    is simpler. Else MIN_GAIN of them, and always for laws of some joints: the best of many parts seems to gain one by
-    chance.
+    is simpler. Else MIN_GAIN of them; MIN_SEARCHED_GAIN for laws of some joints, since the best of many parts seems to
+    gain by chance, and UNNAMED_LEAD for curves. Where rows fix the arm badly, what is written must lead the one held
+    near nominal (`_leads`).
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
     plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
     simpler = {id(one): rules.MIN_RIVAL_GAIN for one in plain if one.holds_the_arm and not one.model.profiles}
-    needed = {id(one): rules.MIN_GAIN if one.is_chosen else errors for one in plain} | simpler
+    needed = {id(one): rules.MIN_SEARCHED_GAIN if one.is_chosen else errors for one in plain} | simpler
+    needed |= {id(one): rules.UNNAMED_LEAD for one in plain if one.has_curves}
     better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
+    simple = None if rivals.arm_size is None else _simplest(plain, own)
+    if simple is not None and not chosen.is_as_simple and not _leads(chosen, simple, remains=remains):
+        chosen = simple
     return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
+
+
+def _simplest(plain: Sequence[Judged], own: Judged) -> Judged:
+    """Of base and tool alone and the geometry held near nominal, what predicts best."""
+    return min((one for one in plain if one.is_as_simple), key=lambda one: -gain(one.squares, own.squares)[0])
+
+
+def _leads(one: Judged, simple: Judged, *, remains: bool) -> bool:
+    """Does a model predict clearly better than a simple one? Few rows, or many of one place, may be met by any model.
+
+    By MIN_GAIN standard errors, where an order or a moment was searched for or something remains by MIN_SEARCHED_GAIN.
+    """
+    is_searched = remains or any(name.searched for name in one.model.state.names)
+    return _beats(one, simple, rules.MIN_SEARCHED_GAIN if is_searched else rules.MIN_GAIN)
 
 
 def _beats(one: Judged, other: Judged, errors: float) -> bool:
@@ -189,20 +221,18 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
     start, named = search.start, found.state
     richer = [] if start.suffices else list(_additions(rivals, curved=remains))
     few = len(start.fit.problem.rows) <= rules.CHOSEN_AGAIN_ROWS
-    size = rivals.arm_size
     states = [named, start] if few and named.names and not start.suffices else [start]
     for state in states:
+        size = rivals.arm_size if state is start else arm_size(state.fit) if few else None
         for entries in ([], *richer):
             tried = _beside(state, entries)
             for problem, is_measured in _ways(state, tried, few=few):
                 if entries and is_measured and not few:
                     continue
-                if size is not None and state is start:
-                    model = _with_arm_held(state, tried, problem, size)
-                else:
-                    model = _known(rivals, state, entries, problem) or _with(state, tried, problem)
-                    model = rivals.with_what_helps(model) if model is not None and model.profiles else model
-                if model is not None:
+                free = _known(rivals, state, entries, problem) or _with(state, tried, problem)
+                free = rivals.with_what_helps(free) if free is not None and free.profiles else free
+                held = None if size is None else _with_arm_held(state, tried, problem, size)
+                for model in filter(None, (free, held)):
                     one = judged(model, is_plain=True, by_least_squares=is_measured)
                     chosen = not one.holds_the_arm and len(_laws(model.profiles)) < len(_laws(tried))
                     yield replace(one, is_chosen=chosen)

@@ -176,8 +176,8 @@ class Rivals:
     @cached_property
     def arm_size(self) -> float | None:
         """`held_arm.arm_size`; None for many rows as well."""
-        problem = self.search.problem
-        return arm_size(problem) if len(problem.rows) <= rules.CHOSEN_AGAIN_ROWS else None
+        start = self.search.start.fit
+        return arm_size(start) if len(start.problem.rows) <= rules.CHOSEN_AGAIN_ROWS else None
 
     def _leads_held(self, model: Model) -> bool:
         """Does a model lead the geometry held near nominal as well, where the rows do not fix that?"""

@@ -84,10 +84,11 @@ REGIONS, MIN_REGION_ROWS = 32, 3
 LOSS_SIZE = 3.0
 # Standard errors by which a name must help to predict held-out rows to be given at all. A signal of s standard
 # deviations gains about s / 2 of these, and the best of a hundred names seems to gain 1 where nothing is missing. So
-# must laws of some joints in place of what was found, and a simpler model with its surrogate; and a surrogate that
+# must what is written lead an arm held near nominal, and a simpler model with its surrogate; and a surrogate that
 # changes with time in the last rows, which are few.
 MIN_GAIN = 2.0
-# The same where an order, a moment or a lag was searched for: the rows held out had their say in it. Simulated.
+# The same where an order, a moment or a lag was searched for, or laws of some joints were chosen: the rows held out had
+# their say in it. Simulated.
 MIN_SEARCHED_GAIN = 3.0
 # Level, family-wise, below which something is no chance of noise that is not white: MIN_RIVAL_GAIN does for it, since
 # what shows in a few rows only, such as a step after five of them, never gains many standard errors. A name
