@@ -6,10 +6,10 @@ Each set has an arm of its own (geometry off by 0.5 mm and 0.5 mrad, effects of 
 conditions and noise of its own; fastcal simulates it and, given which effects there are, identifies them. Counted are
 the effects' parameters; what is reported as unidentifiable is not promised, and counted apart. FILE holds every row
 as soon as it is counted: the same command again goes on where it was stopped. `--kinds` counts kinds of reading
-instead, alone and in pairs (`coverage_of_kinds.py`).
+instead, alone and in pairs (`coverage_of_kinds.py`), `--touches` those of balls, cubes and dial gauges alone.
 
     python bench/python/bench_coverage.py [--sets 200] [--jobs N] [--loss tukey none] [--out FILE]
-        [--effects NAME ... | --kinds]
+        [--effects NAME ... | --kinds | --touches]
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ POSES = 200
 NOISE = to_si(0.03, "mm")
 GROUPS = "groups of three"
 SCALE = "measurement_scale"  # needs known lengths: identified by itself, without geometry
+POSTURE = "posture_backlash"  # counted alone: the groups of the record were drawn before it
 
 # Where on the arm each effect is visible.
 OWNERS: dict[str, tuple[str, ...]] = {
@@ -70,6 +71,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     SCALE: ("@instrument",),
     "payload_com": ("@payload",),
     "payload_mass": ("@payload",),
+    POSTURE: ("@joint1<-joint2", "@joint3<-joint5", "@joint5<-joint3", "@joint2<-joint1"),
     "range_step": ("@instrument",),
     "range_wave": ("@instrument:period_mm=700",),
     "reduction_ratio": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
@@ -84,13 +86,11 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "tool_step": ("@tool",),
     "zero_step": ("@joint1", "@joint2", "@joint3", "@joint5"),
 }
-# They describe an arm without masses, with loops, a history, an instrument or a side that nobody recorded, and have
-# recovery tests of their own.
+# They describe an arm without masses, with loops, a history or an instrument, and have recovery tests of their own.
 ELSEWHERE = {
     "friction",
     "gravity_sag",
     "pin_slack",
-    "posture_backlash",
     "settling",
     "surrogate",
     "tracker_angle",
@@ -164,6 +164,9 @@ def drawn(entry: Spec, random: np.random.Generator) -> Spec:
         return entry | {"parameters": {"amplitude_rad": random.uniform(1e-4, 5e-4), "phase_rad": random.uniform(-3, 3)}}
     if name in ("base_step", "range_step", "tool_step", "zero_step"):
         entry = entry | {"at_s": random.uniform(4000.0, 10000.0)}
+    if name == POSTURE:
+        low, high = from_si(arm().limits[int(entry["owner"][-1]) - 1], "deg")
+        entry = entry | {"at_deg": low + random.uniform(0.25, 0.75) * (high - low)}
     (effect,) = build_effects([entry], arm().core)
     size = np.array([STIFF.get(p.unit, 1.0) * p.sigma for p in effect.parameters])
     if name == "joint_profile":
@@ -195,13 +198,14 @@ class Miss:
 
 def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
     """Simulates and identifies one set of an effect, or of a group of three; None where it did not converge."""
-    if label in coverage_of_kinds.LABELS:
+    if label.startswith(coverage_of_kinds.HEAD):
         found = coverage_of_kinds.numbers(label, seed, loss)
         return None if found is None else [_miss(label, number) for number in found]
     random = np.random.default_rng([zlib.crc32(label.encode()), seed])
     names = [label]
     if label == GROUPS:
-        names = sorted(random.choice([name for name in OWNERS if name != SCALE], 3, replace=False).tolist())
+        drawn_from = [name for name in OWNERS if name not in (SCALE, POSTURE)]
+        names = sorted(random.choice(drawn_from, 3, replace=False).tolist())
     asked = [name + str(random.choice(OWNERS[name])) for name in names]
     soft = [name.partition("@")[2] for name in asked if name.startswith("joint_compliance")]
     through = [other for other in THROUGH if set(names) & set(WEIGHTS) and other.partition("@")[2] not in soft]
@@ -307,7 +311,8 @@ def measure(
             rows = table | {
                 label: row_of(joblib.Parallel(jobs)(joblib.delayed(trial)(label, k, loss) for k in range(sets)))
             }
-            rows = {each: rows[each] for each in [*OWNERS, GROUPS, *coverage_of_kinds.LABELS] if each in rows}
+            kinds = [*coverage_of_kinds.LABELS, *coverage_of_kinds.TOUCH_LABELS]
+            rows = {each: rows[each] for each in [*OWNERS, GROUPS, *kinds] if each in rows}
             table = rows | {"pooled": pooled(rows.values())}
             keep(table)
     return table
@@ -330,9 +335,11 @@ def main() -> None:
     parser.add_argument("--loss", nargs="+", choices=LOSSES, default=["tukey", "none"])
     parser.add_argument("--effects", nargs="+", choices=[*OWNERS, GROUPS], default=[*OWNERS, GROUPS])
     parser.add_argument("--kinds", action="store_true")
+    parser.add_argument("--touches", action="store_true")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     labels = coverage_of_kinds.LABELS if options.kinds else options.effects
+    labels = coverage_of_kinds.TOUCH_LABELS if options.touches else labels
     tables = read_tables(options.out, options.sets)
 
     def keep(loss: str, rows: dict[str, Row]) -> None:

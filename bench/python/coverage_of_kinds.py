@@ -33,14 +33,20 @@ FloatArray = NDArray[np.float64]
 HEAD = "kind "
 # [m], [rad]
 NOISE = {"position": 3e-5, "orientation": 1e-4, "length": 2e-5, "plane": 2e-5, "tilt": 2e-5, "socket": 3e-5}
+TOUCHED = {"ball": 2e-5, "cube": 2e-5, "dial": 2e-5}  # counted alone
 # Corners need a camera in a cell.
 KINDS = [kind for kind in _core.observation_names() if kind in NOISE]
 LABELS = [HEAD + "+".join(kinds) for size in (1, 2) for kinds in combinations(KINDS, size)]
+TOUCH_LABELS = [HEAD + kind for kind in TOUCHED]
 ROWS = 120
 LEVELS = (3, 5)
 ANCHORS = np.array([[3.0, -1.5, 0.2], [-1.0, 3.0, 0.4], [1.0, 1.5, -1.2]])
 PLANES = np.array([[0.0, 0.0, 1.2], [1.2, 0.0, 1.4], [0.3, 1.1, 1.1]])  # rx, ry, offset
 SOCKETS = np.array([[1.9, -0.6, 1.1], [1.2, 1.4, 1.6], [0.6, -1.9, 1.3]])
+BALLS = np.array([[1.9, -0.6, 1.1, 0.1], [1.2, 1.4, 1.6, 0.06], [0.6, -1.9, 1.3, 0.15]])  # centre, radius
+CUBES = np.array([[0.1, -0.1, 0.15, 1.6, 0.9, 1.4], [-0.1, 0.1, -0.2, 0.9, -1.5, 1.2]])  # turn, offsets of faces
+GAUGES = np.array([[0.0, 0.4, 1.2], [1.3, 0.1, 0.5]])  # rx, ry, zero
+WIDE = 0.2  # [m] of the faces of a cube
 FAINT = 1e-3
 NEAR = 1.0  # [rad] of a joint on the way to a plane
 
@@ -81,7 +87,9 @@ def readings(truth: Robot, kinds: list[str], q: FloatArray, noise: float, seed: 
         q, labels = touches(truth, q, 1 if len(kinds) == 1 else 2, noise * NOISE["plane"], random)
         given["observed_labels"] = {"plane": labels}
     if "socket" in kinds:
-        q, labels = seated(truth, q, 1 if len(kinds) == 1 else 2, noise * NOISE["socket"], random)
+        at = SOCKETS[np.arange(count) % len(SOCKETS)] + noise * NOISE["socket"] * random.standard_normal((count, 3))
+        names = [f"s{k % len(SOCKETS)}" for k in range(count)]
+        q, labels = seated(truth, q, 1 if len(kinds) == 1 else 2, at, names, random)
         given.setdefault("observed_labels", {})["socket"] = labels
         if "plane" in kinds:  # a posture touches one of them
             planes = given["observed_labels"]["plane"]
@@ -104,6 +112,23 @@ def readings(truth: Robot, kinds: list[str], q: FloatArray, noise: float, seed: 
     for name, values in read.observed.items():
         given["observed"][name] = values + noise * NOISE["tilt"] * random.standard_normal(values.shape)
     return Dataset.from_arrays(q, robot=truth, source=sent.source, **given)
+
+
+def touched(truth: Robot, kind: str, q: FloatArray, noise: float, seed: int) -> Dataset:
+    """`readings` of one kind of TOUCHED alone."""
+    random = np.random.default_rng(seed)
+    if kind == "dial":
+        which = np.arange(len(q)) % len(GAUGES)
+        gauges = GAUGES[which]
+        p, (rx, ry, zero) = truth.forward(q)[:, :3, 3], gauges.T
+        n = np.array([np.asarray(_core.exp_so3([a, b, 0.0]))[:, 2] for a, b in zip(rx, ry, strict=True)])
+        read = np.einsum("ni,ni->n", n, p) - zero + noise * TOUCHED[kind] * random.standard_normal(len(q))
+        labels = {"gauge": [f"g{k}" for k in which]}
+        given: dict[str, Any] = {"observed": {"dial": read[:, np.newaxis]}, "observed_labels": labels}
+        return Dataset.from_arrays(q, robot=truth, source=kind, **given)
+    at, names = on_surfaces(kind, len(q), noise * TOUCHED[kind], random)
+    q, names = seated(truth, q, 1, at, names, random)
+    return Dataset.from_arrays(q, robot=truth, source=kind, observed_labels={kind: names})
 
 
 def touches(
@@ -130,19 +155,34 @@ def touches(
     return out, [str(label) for label in labels]
 
 
-def seated(
-    truth: Robot, q: FloatArray, each: int, noise: float, random: np.random.Generator
-) -> tuple[FloatArray, list[str]]:
-    """Postures of which every `each`-th has the tool's point in a socket, but for the noise, and the sockets' labels.
+def on_surfaces(kind: str, count: int, noise: float, random: np.random.Generator) -> tuple[FloatArray, list[str]]:
+    """Points (N, 3) on balls or faces of cubes, but for the noise, and their labels."""
+    off, out, labels = noise * random.standard_normal(count), np.empty((count, 3)), []
+    for k in range(count):
+        if kind == "ball":
+            ball, u = BALLS[k % len(BALLS)], random.standard_normal(3)
+            out[k] = ball[:3] + (ball[3] + off[k]) * u / np.linalg.norm(u)
+            labels.append(f"b{k % len(BALLS)}")
+            continue
+        cube, face = CUBES[k % len(CUBES)], k // len(CUBES) % 3
+        at = cube[3:] + WIDE * random.uniform(-1, 1, 3)
+        at[face] = cube[3 + face] + off[k]
+        out[k] = np.asarray(_core.exp_so3(cube[:3])) @ at
+        labels.append(f"c{k % len(CUBES)}/{'xyz'[face]}")
+    return out, labels
 
-    From postures of the list by Newton's steps of least length, dq = J^+ (socket - point); where one ends beyond its
+
+def seated(
+    truth: Robot, q: FloatArray, each: int, at: FloatArray, names: list[str], random: np.random.Generator
+) -> tuple[FloatArray, list[str]]:
+    """Postures of which every `each`-th has the tool's point where it is to be, `at` (N, 3), and the `names` of these.
+
+    From postures of the list by Newton's steps of least length, dq = J^+ (at - point); where one ends beyond its
     joints' limits, from another.
     """
     out, low, high = q.copy(), *truth.limits.T
     labels = [""] * len(q)
     waiting = np.arange(len(q) - 1, -1, -each)
-    which = np.arange(len(q)) % len(SOCKETS)
-    at = SOCKETS[which] + noise * random.standard_normal((len(q), 3))
     while waiting.size:
         there = q[random.integers(0, len(q), len(waiting))]
         for _ in range(60):
@@ -153,7 +193,7 @@ def seated(
         short = np.linalg.norm(at[waiting] - truth.forward(there)[:, :3, 3], axis=1) > 1e-9
         good = ~short & ((there > low) & (there < high)).all(axis=1)
         for row, posture in zip(waiting[good], there[good], strict=True):
-            out[row], labels[row] = posture, f"s{which[row]}"
+            out[row], labels[row] = posture, names[row]
         waiting = waiting[~good]
     return out, labels
 
@@ -166,12 +206,14 @@ def numbers(label: str, seed: int, loss: str) -> list[Number] | None:
     truth = perturbed(nominal, seed=int(random.integers(2**31)))
     q = random_poses(nominal, ROWS, region=[[-2.5, -2.5, 0.8], [2.5, 2.5, 3.0]], seed=int(random.integers(2**31)))
     at = int(random.integers(2**31))
-    found = calibrate(nominal, readings(truth, kinds, q, 1.0, at), loss=loss)
+    alone = kinds[0] in TOUCHED
+    read = functools.partial(touched, truth, kinds[0]) if alone else functools.partial(readings, truth, kinds)
+    found = calibrate(nominal, read(q, 1.0, at), loss=loss)
     if found.status != "converged" or found.held:
         return None
     names = [name for name in full_names(found) if name.startswith("joint")]
     options: dict[str, Any] = {"parameters": names, "loss": "none", "checks": False}
-    there = calibrate(nominal, readings(truth, kinds, q, FAINT, at), **options)
+    there = calibrate(nominal, read(q, FAINT, at), **options)
     if there.status != "converged" or full_names(there) != full_names(found):
         return None
     return compared(found, there, based="position" in kinds)

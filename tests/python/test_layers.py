@@ -267,6 +267,7 @@ MAY_NAME = {
     "calibration/payload_pairs.py": {"joint_compliance"},
     "calibration/setups.py": {"station_offset", "tool_shift"},
     "cells/place.py": {"reduction_ratio"},
+    "cells/sensor_ways.py": {"current_compliance", "joint_compliance"},
     "cli/demo.py": {"joint_compliance"},
     "cli/design.py": {"joint_compliance"},
     "cli/manners.py": {"backlash", "gear_harmonic", "joint_compliance"},

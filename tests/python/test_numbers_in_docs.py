@@ -81,9 +81,15 @@ def test_the_table_of_coverage_is_that_of_its_record() -> None:
 
 def test_every_kind_of_reading_is_in_the_table_of_coverage_and_within_the_goal() -> None:
     text, found = page("benchmarks.md"), record("bench_coverage_kinds.json")["losses"]["tukey"]
-    kinds = [kind for kind in _core.observation_names() if kind != "corner"]
+    touched = record("bench_coverage_touches.json")["losses"]["tukey"]  # each alone
+    kinds = [kind for kind in _core.observation_names() if kind != "corner" and f"kind {kind}" not in touched]
+    assert len(touched) == 3
     for pair in [*combinations(kinds, 1), *combinations(kinds, 2)]:
         row = found["kind " + "+".join(pair)]
+        assert 0.93 <= row["covered"] <= 0.97, pair
+        assert f"| {', '.join(pair)} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
+    for label, row in touched.items():
+        pair = (label.removeprefix("kind "),)
         assert 0.93 <= row["covered"] <= 0.97, pair
         assert f"| {', '.join(pair)} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
 
@@ -105,6 +111,26 @@ def test_places_and_arms_of_cells_are_in_the_table_of_coverage_and_within_the_go
         assert row["low"] <= 0.97, part
         assert row["high"] >= 0.93, part
         assert f"| {part} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
+
+
+def test_what_sensors_on_arms_see_is_in_the_table_of_coverage_and_within_the_goal() -> None:
+    text, found = page("benchmarks.md"), record("bench_coverage_sensors.json")
+    assert found["sets"] >= 60
+    assert found["parts"].keys() == {"points", "turns"}
+    for part, row in found["parts"].items():
+        assert 0.93 <= row["covered"] <= 0.97, part
+        assert f"| {part} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
+
+
+def test_what_is_said_of_causes_seen_from_an_arm_is_that_of_its_record() -> None:
+    text, found = page("several-arms.md"), record("bench_sensor_causes.json")["found"]
+    words = [word for of in found.values() for word in of]
+    assert "wrong A" not in words
+    right = sum(n for of in found.values() for word, n in of.items() if word.startswith("right"))
+    sure = sum(of.get("right, A", 0) for of in found.values())
+    assert f"all {right} causes that can be told were named with their arm, {sure} of them with grade A" in text
+    assert found["none"] == {"not named": 8}
+    assert found["bending"] == {"named, not sure": 8}
 
 
 def test_the_table_of_hand_eyes_is_that_of_its_record() -> None:

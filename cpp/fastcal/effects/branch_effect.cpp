@@ -22,6 +22,7 @@ class OnBranch : public Base {
         first_joint_(branch.first_joint),
         joint_count_(branch.joint_count),
         chain_(std::move(chain)),
+        weights_(branch.joint_count),
         parameters_(effect_->parameters()) {
     for (Parameter& parameter : parameters_) parameter.owner = branch.name + "." + parameter.owner;
   }
@@ -54,7 +55,7 @@ class OnBranch : public Base {
     for (const double** loads : {&out.load, &out.payload_load}) skip(*loads, 6 * first_frame_);
     skip(out.frames, first_frame_);
     out.chain = &chain_;
-    out.weights = nullptr;
+    out.weights = &weights_;
     return out;
   }
 
@@ -65,6 +66,7 @@ class OnBranch : public Base {
   std::shared_ptr<const Effect> effect_;
   int first_frame_, first_joint_, joint_count_;
   Chain chain_;
+  Weights weights_;  ///< none beside the files': effects that change weights are refused
 
  private:
   std::vector<Parameter> parameters_;

@@ -5,6 +5,7 @@
 from fastcal.acceptance.acceptance import Acceptance, accept
 from fastcal.acceptance.judgement import LIMITS
 from fastcal.acceptance.path_figures import PathFigures, PathRun, path_figures
+from fastcal.acceptance.path_plan import PathPlan, plan_path
 from fastcal.acceptance.plan import AcceptancePlan, plan_acceptance
 
 __all__ = [
@@ -12,8 +13,10 @@ __all__ = [
     "Acceptance",
     "AcceptancePlan",
     "PathFigures",
+    "PathPlan",
     "PathRun",
     "accept",
     "path_figures",
     "plan_acceptance",
+    "plan_path",
 ]

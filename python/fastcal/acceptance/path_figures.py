@@ -32,6 +32,7 @@ from fastcal.units import from_si
 FEWEST_RUNS = 2
 _STRAIGHT = 0.02  # rad; a bend below this is no corner
 _SAME_POINT = 1e-6  # m
+MOVE = 1 / 400  # of the commanded length: noise of a point that stands is no move
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +161,19 @@ def path_figures(
     )
 
 
+def arc_length(points: FloatArray, move: float) -> tuple[FloatArray, NDArray[np.int64]]:
+    """(N,) the way up to each point [m] along those that are a `move` [m] from the one before, and which these are."""
+    kept = [0]
+    x, y, z = points[0].tolist()
+    for k, (u, v, w) in enumerate(points.tolist()):
+        if (u - x) ** 2 + (v - y) ** 2 + (w - z) ** 2 >= move**2:
+            kept.append(k)
+            x, y, z = u, v, w
+    at = np.array(kept if kept[-1] == len(points) - 1 else [*kept, len(points) - 1])
+    far = np.cumsum(np.append(0.0, np.linalg.norm(np.diff(points[at], axis=0), axis=1)))
+    return np.interp(np.arange(len(points)), at, far), at
+
+
 def _counted(count: int, noun: str) -> str:
     """1 to "1 run", 5 to "5 runs"."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
@@ -187,7 +201,7 @@ def _lines_of(
     Corners are looked for one after the other, each among the points from the last corner on up to where the run has
     gone as far as half of the next line, so that a closed path is not parted where it began.
     """
-    far = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run.points, axis=0), axis=1))])
+    far, _ = arc_length(run.points, MOVE * float(lengths.sum()))
     ends = np.cumsum(lengths) * far[-1] / lengths.sum()
     cuts = [0]
     for k in range(1, len(corners) - 1):

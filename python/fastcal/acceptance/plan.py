@@ -126,7 +126,7 @@ def plan_acceptance(
         first = [next(i for i, stop in enumerate(stops) if stop.target == at) for at in range(len(names))]
         first[0] = next(i for i, stop in enumerate(stops) if stop.target == 0 and stop.is_measured)
         arm = robot_without_measurement(model)
-        temperature, notes = _temperature(arm, temperature)
+        temperature, notes = assumed(arm, temperature)
         known = {"approach": arrivals[first], "move": last_moves(q_nominal[order], None)[first], **steady(arm)}
         q = _solved(arm, poses, q_nominal, names, payload=payload, temperature=temperature, **known)
     else:
@@ -156,7 +156,7 @@ def plan_acceptance(
     )
 
 
-def _temperature(arm: Robot, given: float | None) -> tuple[float | None, list[str]]:
+def assumed(arm: Robot, given: float | None) -> tuple[float | None, list[str]]:
     """[K] The temperature of the commands, None where no effect of the arm asks for it, and a note on its choice."""
     asking = warmed(arm)
     if not asking or given is not None:

@@ -87,7 +87,7 @@ def _pose(camera: Mapping[str, Any], points: FloatArray, seen: FloatArray) -> Fl
     T = _of_homography(at[:, :2], _directions(camera, seen))
     best, least = T, np.inf
     for _ in range(_STEPS):
-        tried = np.array([_moved(T, _DIFFERENCE * e) for e in np.vstack([np.zeros(6), np.eye(6)])])
+        tried = np.array([moved(T, _DIFFERENCE * e) for e in np.vstack([np.zeros(6), np.eye(6)])])
         before = np.einsum("nij,kj->nki", tried[:, :3, :3], at) + tried[:, np.newaxis, :3, 3]
         drawn = np.asarray(_core.draw(camera["model"], lens, np.ascontiguousarray(before.reshape(-1, 3))))
         r = drawn.reshape(7, -1) - seen.ravel()
@@ -98,13 +98,13 @@ def _pose(camera: Mapping[str, Any], points: FloatArray, seen: FloatArray) -> Fl
         best, least = T, cost
         if is_done:
             break
-        T = _moved(T, -np.linalg.lstsq((r[1:] - r[0]).T / _DIFFERENCE, r[0], rcond=None)[0])
+        T = moved(T, -np.linalg.lstsq((r[1:] - r[0]).T / _DIFFERENCE, r[0], rcond=None)[0])
     out = best.copy()
     out[:3, 3] *= size
     return out
 
 
-def _moved(T: FloatArray, by: FloatArray) -> FloatArray:
+def moved(T: FloatArray, by: FloatArray) -> FloatArray:
     """The pose shifted by (3,) and turned by (3,) [rad] in its own axes."""
     out = T.copy()
     out[:3, :3] = T[:3, :3] @ np.asarray(_core.exp_so3(by[3:]))

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.kind_noise import noise_record
 from fastcal.calibration.known_lengths import known_lengths, length_notes
+from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
 from fastcal.calibration.nominal_arm import nominal_arm
 from fastcal.calibration.parallel import one_blas_thread
@@ -154,7 +156,9 @@ def calibrate(
     origin = made_by(robot, given, who)
     report = progress or (lambda text: None)
     report(said("looking at the columns"))
+    robot, of_lenses = with_started_lenses(robot, data)
     looked = judged_pictures(robot, data, mend=mend, threads=threads) if checks else Pictures(data)
+    looked = replace(looked, notes=(*of_lenses, *looked.notes))
     data = looked.data
     suspected = [*check_postures(data, parameters), *check_pictures(looked, as_read=as_read)]
     suspected += check_columns(robot, data, as_read=as_read) if checks else []

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fastcal import _core
@@ -22,6 +24,15 @@ def has_prior(entry: Spec) -> bool:
     if not isinstance(prior, str | bool) or prior not in answers:
         raise InvalidInput(f"{entry['effect']}@{entry['owner']}: prior is yes or no, got {prior!r}")
     return answers[prior]
+
+
+def bounds_of(parameters: Sequence[_core.Parameter], unknowns: int) -> dict[str, FloatArray]:
+    """`lower` and `upper` of parameters and of the unknowns behind them, which have none; empty where nothing has."""
+    lower, upper = np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
+    if not np.isfinite(lower).any() and not np.isfinite(upper).any():
+        return {}
+    infinite = np.full(unknowns, np.inf)
+    return {"lower": np.concatenate([lower, -infinite]), "upper": np.concatenate([upper, infinite])}
 
 
 def parameter_limits(
@@ -43,11 +54,7 @@ def parameter_limits(
     """
     parameters = model.parameters
     infinite = np.full(len(known_within), np.inf)
-    limits: dict[str, FloatArray] = {}
-    lower, upper = np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
-    if np.isfinite(lower).any() or np.isfinite(upper).any():
-        limits["lower"] = np.concatenate([lower, -infinite])
-        limits["upper"] = np.concatenate([upper, infinite])
+    limits = bounds_of(parameters, len(known_within))
     if not priors and not robot.effects and not np.isfinite(known_within).any():
         return limits
     size = np.array([p.sigma for p in parameters])

@@ -4,26 +4,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.cells.cell import Cell
+from fastcal.cells.cell import Arm, Cell
 from fastcal.cells.readings import Readings
+from fastcal.effects.entries import parse_effects, without_repeats
+from fastcal.errors import InvalidInput
+from fastcal.place import Place, place_of
 from fastcal.robot.rig import known_within
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
 
-WEAK = 10.0  # plausible sizes within which places are held where the geometry is: far more than a reading leaves open
+# Plausible sizes within which places and effects are held where the geometry is: far more than a reading leaves open.
+WEAK = 10.0
 _OF_A_PLACE = 6
 
 
-def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
+def asked_parameters(cell: Cell, readings: Readings, *, effects: bool = False) -> list[int]:
     """Indices of the parameters to identify: of what lies between a target and the frame that it is read from.
+
+    With `effects` those of the arms' effects too, but for curves, whose smoothness a fit of all does not know.
 
     What carries both moves them together, and no reading shows it. A tool's own place is that of the targets on it. A
     base that stands on a fork of one URDF is the origin of its first joint.
@@ -51,7 +57,47 @@ def asked_parameters(cell: Cell, readings: Readings) -> list[int]:
                 wanted = place != "tool" and core.frame(parameter.owner) in between
             if wanted:
                 out.append(i)
+    at = len(parameters)
+    for effect in [effect for arm in cell.arms for effect in arm.robot.effects] if effects else ():
+        own = range(at, at + len(effect.parameters))
+        out += () if effect.penalty else own
+        at = own.stop
     return out
+
+
+def with_effects(cell: Cell, text: str) -> Cell:
+    """The cell whose arms have the effects that are asked for, beside their own.
+
+    Args:
+        cell: The cell.
+        text: `geometry,joint_compliance,gear_harmonic@left.joint4:order=2`; a name alone is meant of all arms.
+
+    Raises:
+        InvalidInput: The geometry is not among them, a name or owner is unknown, or postures of a cell cannot tell one.
+    """
+    items = [item.strip() for item in text.split(",")]
+    if "geometry" not in items:
+        raise InvalidInput(f"a cell's geometry is always identified; write --effects geometry,{text}")
+    for item in items:
+        head, colon, options = item.partition(":")
+        name, at, owner = head.partition("@")
+        place = place_of(owner) if at else None
+        if place is not None and place.arm not in {arm.name for arm in cell.arms}:
+            raise InvalidInput(f"--effects {item:.60}: expected an owner such as {cell.arms[-1].name}.joint1")
+        own_name = name if place is None else f"{name}@{replace(place, arm='')}"
+        asked = [f"{own_name}{colon}{options}"]
+        cell = replace(cell, arms=tuple(_with_asked(arm, asked, place) for arm in cell.arms))
+    cell.model  # noqa: B018  which says whether postures of a cell can tell them
+    return cell
+
+
+def _with_asked(arm: Arm, asked: list[str], place: Place | None) -> Arm:
+    """The arm with the effects, where they are meant of it."""
+    if arm.of_poses or (place is not None and place.arm != arm.name):
+        return arm
+    own = arm.robot.entries
+    entries = without_repeats([*own, *parse_effects(asked, arm.robot.core, own)[1]])
+    return arm if len(entries) == len(own) else replace(arm, robot=arm.robot.with_(effects=entries))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +130,7 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
     """
     core = cell.core
     mean = np.asarray(cell.model.start)
-    plausible = np.array([parameter.sigma for parameter in core.parameters])
+    plausible = np.array([parameter.sigma for parameter in cell.model.parameters])
     sigma, geometry = np.full(len(mean), np.inf), np.zeros(len(mean), dtype=bool)
     for branch in core.branches:
         known = cell.known(branch.name)
@@ -97,10 +143,12 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
             sigma[first : first + 3] = to_si(known.sigma_mm, "mm")
         if known.sigma_deg is not None:
             sigma[first + 3 : behind] = to_si(known.sigma_deg, "deg")
+    if sizes is not None:  # few readings must not send what arms yield where no arm does
+        sigma[len(core.parameters) :] = WEAK * plausible[len(core.parameters) :]
     chosen = np.zeros(len(mean), dtype=bool)
     chosen[asked] = True
     geometry &= chosen
-    sigma[geometry] = (sizes or np.inf) * plausible[geometry[: len(plausible)]]
+    sigma[geometry] = (sizes or np.inf) * plausible[geometry]
     sigma[~chosen] = np.inf
     none = np.zeros(len(unknowns))
     return Priors(

@@ -16,6 +16,8 @@ from fastcal import _core
 from fastcal.calibration.data_notes import unseen_directions
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
+from fastcal.calibration.lens_start import started_lenses
+from fastcal.calibration.parameter_limits import bounds_of
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
 from fastcal.calibration.unknowns import CORNERS, unknowns_found
 from fastcal.cells.asked import asked_parameters, priors
@@ -117,6 +119,7 @@ def calibrate_cell(
     readings: Readings,
     *,
     test: Readings | None = None,
+    effects: bool = False,
     mend: bool = False,
     loss: str = "tukey",
     threads: int = 1,
@@ -131,6 +134,7 @@ def calibrate_cell(
         cell: As its file says, or an identified one as a new start.
         readings: Postures and what was read in them.
         test: Others, only reported on.
+        effects: Identify the effects that the arms' files have; without it they stay as they are.
         mend: Put pictures that are of other postures where they fit, instead of leaving them out.
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
         threads: Cores; the result does not depend on it.
@@ -143,10 +147,13 @@ def calibrate_cell(
     if not readings.sights(cell):
         raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET, or corners")
     report("placing the members of the cell")
+    lenses, of_lenses = started_lenses(cell, readings.tables)
+    cell = replace(cell, cameras={**cell.cameras, **lenses})
+    readings = replace(readings, notes=(*readings.notes, *of_lenses))
     readings = judged_readings(cell, readings, mend=mend)
     start, used, wrong = started(cell, readings)
     places = rig_start(start, used)
-    asked = asked_parameters(start, readings)
+    asked = asked_parameters(start, readings, effects=effects)
     few = _numbers_of(start, used) < _ENOUGH * len(asked)
     has_joints = not all(arm.of_poses for arm in start.arms)
     sizes = _WIDE if few and has_joints else None
@@ -171,11 +178,12 @@ def calibrate_cell(
         model = there(start, measured, solution)
     model = replace(model, records=way_records(model, readings, threads))
     names = [full_name(parameter) for parameter in found.parameters]
+    own = len(start.core.nominal)
     if found.status == "converged":
-        own = len(start.model.start)
+        count = len(start.model.start)
         kinds = record_of(noise, shared)
-        record = cell_record(solution, measured, found.parameters[:own], kinds, found.degrees_of_freedom)
-        unseen, directions = unseen_directions(found, names[:own])
+        record = cell_record(solution, measured, found.parameters[:count], kinds, found.degrees_of_freedom)
+        unseen, directions = unseen_directions(found, names[:count])
         model = replace(model, record=replace(record, moved=unseen, directions=directions).to_spec())
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
@@ -185,7 +193,9 @@ def calibrate_cell(
         nominal=before,
         status=found.status,
         message=found.message,
-        parameters=parameter_table(solution, found.parameters, np.asarray(start.model.start)),
+        parameters=parameter_table(
+            solution, found.parameters, np.asarray(start.model.start), range(own, len(start.model.start))
+        ),
         unidentifiable=[
             Unidentifiable(text, [names[i] for i in parts])
             for text, parts in zip(found.unidentifiable, found.unidentifiable_parts, strict=True)
@@ -210,6 +220,11 @@ def _identified(
     given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
     given["unknowns"] = places.of(measured.parameters)
     given |= priors(cell, asked, measured.parameters, sizes).options
+    given |= (
+        bounds_of(cell.model.parameters, len(measured.parameters))
+        if max(asked, default=0) >= len(cell.core.nominal)
+        else {}
+    )
     return _core.identify(cell.model, readings.samples(), measured, **given)
 
 
@@ -242,16 +257,24 @@ def _numbers_of(cell: Cell, readings: Readings) -> int:
 
 
 def parameter_table(
-    found: Solution, parameters: list[_core.Parameter], nominal: FloatArray
+    found: Solution, parameters: list[_core.Parameter], nominal: FloatArray, of_effects: range = range(0)
 ) -> list[IdentifiedParameter]:
-    """Identified numbers in edge units; those of cameras and boards are changes of what the file has."""
+    """Identified numbers in edge units; those of cameras and boards are changes of what the file has.
+
+    Args:
+        found: The values.
+        parameters: What they are.
+        nominal: (P,) those of the tree and its effects before.
+        of_effects: Which belong to effects.
+    """
     nominal = np.append(nominal, np.zeros(len(found.theta) - len(nominal)))
     theta, deviations = np.asarray(found.theta), np.sqrt(np.diag(found.covariance))
     out = []
     for i, deviation in zip(found.free, deviations.tolist(), strict=True):
         parameter = parameters[i]
-        unit = edge_unit(parameter, geometry=True)
+        is_geometry = i not in of_effects
+        unit = edge_unit(parameter, geometry=is_geometry)
         value, before = from_si(float(theta[i]), unit), from_si(float(nominal[i]), unit)
-        name = edge_name(parameter, geometry=True)
+        name = edge_name(parameter, geometry=is_geometry)
         out.append(IdentifiedParameter(name, parameter.owner, value, deviation / factor(unit), unit, before))
     return out

@@ -172,17 +172,24 @@ class Cell:
         return replace(self, cameras=rig["cameras"], boards=rig["boards"])
 
     def with_values(self, theta: FloatArray) -> Cell:
-        """The cell with other values (P,) of the tree's parameters, SI; effects of arms stay as they are."""
-        branches, theta = {branch.name: branch for branch in self.core.branches}, theta[: len(self.core.nominal)]
-        places = dict(zip(branches, self.core.placements(theta), strict=True))
+        """The cell with other values (P,) of the parameters of `model`, SI; of the tree's alone effects stay."""
+        branches, count = {branch.name: branch for branch in self.core.branches}, len(self.core.nominal)
+        places = dict(zip(branches, self.core.placements(theta[:count]), strict=True))
+        of_effects, at = dict[str, FloatArray](), count
+        for arm in self.arms:
+            size = sum(len(effect.parameters) for effect in arm.robot.effects)
+            of_effects[arm.name] = theta[at : at + size]
+            at += size
 
         def arm_there(arm: Arm) -> Arm:
             branch = branches[arm.name]
             own = theta[branch.first_parameter : branch.first_parameter + branch.parameter_count]
             model = arm.robot.error_model
-            theta_arm = np.concatenate([own, np.asarray(model.start)[len(own) :]])
-            robot = Robot.keeping(identified_spec(arm.robot, model, Values(theta_arm)))
-            return replace(arm, robot=robot.with_(effects=arm.robot.entries) if robot.entries else robot)
+            before = np.asarray(model.start)[len(own) :]
+            effects = of_effects[arm.name] if len(of_effects[arm.name]) == len(before) else before
+            robot = Robot.keeping(identified_spec(arm.robot, model, Values(np.concatenate([own, effects]))))
+            stay = np.array_equal(effects, before)
+            return replace(arm, robot=robot.with_(effects=arm.robot.entries) if robot.entries and stay else robot)
 
         points = tuple(replace(of, place=frame_spec(places[of.name])) for of in self.points)
         return replace(self, arms=tuple(map(arm_there, self.arms)), points=points)

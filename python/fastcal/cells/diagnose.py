@@ -1,30 +1,39 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What the model of a cell of several arms is missing: each way from the world to a target is diagnosed as one arm.
+"""What the model of a cell of several arms is missing: each way from what reads to a target is diagnosed as one arm.
 
 A way's readings are its own: no joint of another arm moves its target. Joints that several ways have in common are told
-as the cell's, once; what one of these ways names there and another does not is no cause of grade A.
+as the cell's, once; what one of these ways names there and another does not is no cause of grade A. Nor is, of a way
+that begins on an arm, what follows a joint slowly: there the weights of links bend and tilt what no fit of it tries.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
+from fastcal.cells.written import written_cell
 from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Finding
-from fastcal.effects.entries import label, traits_of
+from fastcal.effects.entries import label, options_of, traits_of
+from fastcal.effects.rig_traits import BOARD_BEND, BOARD_SCALE, INTRINSICS, RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, place_of
-from fastcal.robot.robot_spec import Entry
+from fastcal.robot.robot_spec import Entry, Spec
 
 Progress = Callable[[str], None]
+
+_LIKE_WEIGHTS = (
+    "the sensor stands on an arm that moves: what the weights of links bend and tilt there was not tried beside it"
+)
+_PLACED = ("on", "xyz_mm", "rpy_deg", "fixed", "intrinsics")  # what a way says otherwise, or asks for
+_FAST = 1.5  # cycles a turn of a joint, above which no weight that it carries goes round with it
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +48,17 @@ class WayDiagnosis:
         """As the cell calls joints 1 ... of the way."""
         return [str(Place(arm.name, "joint", index + 1)) for arm, index in self.way.joints]
 
+    def mended(self, cell: Cell, finding: Finding) -> tuple[Cell, list[str]]:
+        """A cell with the lens or board that a cause of these mends; a note where its file cannot say it."""
+        if finding.effect not in (INTRINSICS, BOARD_SCALE, BOARD_BEND):
+            return cell, [f"{finding.label} is not in model.yaml: cells of several arms do not keep it"]
+        found = self.found.model.description
+        return replace(
+            cell,
+            cameras=_with_numbers(cell.cameras, found.cameras, finding.owner),
+            boards=_with_numbers(cell.boards, found.boards, finding.owner),
+        ), []
+
 
 @dataclass(frozen=True, eq=False)
 class CellFinding:
@@ -49,18 +69,21 @@ class CellFinding:
         entry: Of that way's model; None where it is not in there.
         seen_by: Targets whose readings name it.
         not_seen_by: Targets that its place moves too, and whose readings do not.
+        like_weights: Could what the weights of links do, seen from an arm that moves, look like it?
     """
 
     finding: Finding
     entry: Entry | None
     seen_by: tuple[str, ...]
     not_seen_by: tuple[str, ...] = ()
+    like_weights: bool = False
 
     @property
     def reasons(self) -> list[str]:
         """Why the grade is not better."""
         others = ", ".join(self.not_seen_by)
-        return [*self.finding.reasons, *([f"it moves {others} too, and these readings do not name it"] * bool(others))]
+        out = [*self.finding.reasons, *([f"it moves {others} too, and these readings do not name it"] * bool(others))]
+        return [*out, *([_LIKE_WEIGHTS] * self.like_weights)]
 
     def to_json_dict(self) -> dict[str, Any]:
         """An entry of `effects`: that of the finding, and whose readings name it."""
@@ -144,6 +167,7 @@ def diagnose_cell(
     exclude: Collection[str] = (),
     sigma: float | None = None,
     as_read: bool = False,
+    mend: bool = False,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> CellDiagnosis:
@@ -156,6 +180,7 @@ def diagnose_cell(
         exclude: Names that are not to be given, `EFFECT` or `EFFECT@ARM.jointN`.
         sigma: Standard deviation of a measured coordinate [m], where the readings have no column for it.
         as_read: Take the columns as they are.
+        mend: Put pictures that are of other postures where they fit, as in `calibrate_cell`.
         threads: Cores.
         progress: Called with a sentence at each step.
 
@@ -170,29 +195,43 @@ def diagnose_cell(
         def said(text: str, name: str = way.name) -> None:
             notify(f"{name}: {text}")
 
-        options: dict[str, Any] = {"sigma": sigma, "as_read": as_read, "threads": threads, "progress": said}
-        ways.append(WayDiagnosis(way, diagnose(way.robot, rows, test=test, exclude=own, **options)))
-    effects = _merged(ways)
+        options: dict[str, Any] = {"sigma": sigma, "as_read": as_read, "mend": mend, "threads": threads}
+        found = diagnose(way.robot, rows, test=test, exclude=own, progress=said, **options)
+        ways.append(WayDiagnosis(way, found))
+    effects = _merged(ways, bool(exclude))
     notify("calibrating the cell with what was found")
     with_effects, notes = _with_effects(cell, ways, effects)
-    there = calibrate_cell(with_effects, readings, threads=threads)
+    is_sure = all(of.finding.grade != "C" for of in effects)
+    given: dict[str, Any] = {"exclude": exclude, "mend": mend, "threads": threads}
+    written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
+    notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
-    return CellDiagnosis(there.cell, ways, effects, notes)
+    return CellDiagnosis(written, ways, effects, notes)
+
+
+def _with_numbers(members: Mapping[str, Spec], found: Mapping[str, Spec], owner: str) -> dict[str, Spec]:
+    """Cameras or boards, that of a name with the numbers that were found, where it stood."""
+    if owner not in members or owner not in found:
+        return dict(members)
+    kept = {key: value for key, value in members[owner].items() if key in _PLACED}
+    return {**members, owner: {**found[owner], **kept}}
 
 
 def _excluded(ways: Sequence[Way], exclude: Collection[str]) -> list[list[str]]:
     """Of each way the names that it is not to give, as its own arm calls them."""
-    out: list[list[str]] = [[] for _ in ways]
+    out = [list(way.not_tried) for way in ways]
     for name in exclude:
         effect, at, owner = name.partition("@")
         hit = False
         for way, own in zip(ways, out, strict=True):
             local = {way.owner(str(of)): str(of) for of in _places(way)}
             local |= {way.owner(of): of for of in ("base", "tool", "payload", "robot", "structure")}
+            if effect in RIG_TRAITS:
+                local = {of: of for of in way.seeing}
             if not at:
-                own.append(name)
+                own.append(way.tried_as(name))
             elif owner in local:
-                own.append(f"{effect}@{local[owner]}")
+                own.append(f"{way.tried_as(effect)}@{local[owner]}")
             hit = hit or not at or owner in local
         if not hit:
             joints = ", ".join(
@@ -207,13 +246,17 @@ def _places(way: Way) -> list[Place]:
     return [Place("", kind, k) for kind in ("joint", "link") for k in range(1, len(way.joints) + 1)]
 
 
-def _merged(ways: Sequence[WayDiagnosis]) -> list[CellFinding]:
-    """The findings of all ways, those of one name as one."""
+def _merged(ways: Sequence[WayDiagnosis], excluded: bool) -> list[CellFinding]:
+    """The findings of all ways, those of one name as one; `excluded`: were names not to be given?"""
     named: dict[tuple[str, str, float | None], list[tuple[WayDiagnosis, Finding]]] = {}
     for each in ways:
         for finding in each.found.effects:
             order = finding.parameters.get("order")
-            key = (finding.effect, each.way.owner(finding.owner), None if order is None else round(order.value, 1))
+            key = (
+                each.way.told(finding.effect),
+                each.way.owner(finding.owner),
+                None if order is None else round(order.value, 1),
+            )
             named.setdefault(key, []).append((each, finding))
     out = []
     for (effect, owner, _), found in named.items():
@@ -224,14 +267,41 @@ def _merged(ways: Sequence[WayDiagnosis]) -> list[CellFinding]:
             for e in ways
             if _moves(e.way, owner) and e.way.name not in seen and not _likens(e, effect, owner)
         ]
-        alike = [{(e, each.way.owner(o)) for e, o in of.equivalents} for each, of in found]
-        equivalents = [(e, clearest.way.owner(o)) for e, o in finding.equivalents]
+        alike = [{(each.way.told(e), each.way.owner(o)) for e, o in of.equivalents} for each, of in found]
+        equivalents = [(clearest.way.told(e), clearest.way.owner(o)) for e, o in finding.equivalents]
         equivalents = [of for of in equivalents if all(of in own for own in alike)]
-        grade = "B" if others and finding.grade == "A" else finding.grade
-        told = replace(finding, owner=owner, equivalents=tuple(equivalents), grade=grade)
+        weighs = all(_is_like_weights(each.way, of) for each, of in found)
+        limits = finding.limits
+        if clearest.way.not_tried and not excluded:  # which `weighs` judges
+            limits = tuple(of for of in limits if of.reason != Reason.NAMES_EXCLUDED)
+        is_sure = finding.grade == "A" or (finding.grade == "B" and not limits)
+        grade = ("B" if others or weighs else "A") if is_sure else finding.grade
+        parameters = {clearest.way.told(name): value for name, value in finding.parameters.items()}
+        told = replace(
+            finding,
+            effect=effect,
+            owner=owner,
+            equivalents=tuple(equivalents),
+            grade=grade,
+            parameters=parameters,
+            limits=limits,
+        )
         entry = next((of for of in clearest.found.model.entries if finding.is_of(of)), None)
-        out.append(CellFinding(told, entry if finding.in_model else None, tuple(seen), tuple(others)))
+        entry = None if entry is None or not finding.in_model else clearest.way.told_entry(entry)
+        out.append(CellFinding(told, entry, tuple(seen), tuple(others), weighs))
     return sorted(out, key=lambda of: -of.finding.snr)
+
+
+def _is_like_weights(way: Way, finding: Finding) -> bool:
+    """Is a cause, found from a sensor that moves, of a kind for which the weights of links may pass?
+
+    The torque of a weight about a joint goes once round with it: faster waves, and what no posture sets, are not.
+    """
+    order = finding.parameters.get("order")
+    is_fast = order is not None and order.value >= _FAST
+    follows = traits_of(finding.effect).depends_on[:1]
+    of_posture = bool(follows) and follows[0].startswith(("q", "current", "x"))
+    return bool(way.not_tried) and of_posture and not is_fast
 
 
 def _moves(way: Way, owner: str) -> bool:
@@ -241,19 +311,24 @@ def _moves(way: Way, owner: str) -> bool:
 
 def _likens(each: WayDiagnosis, effect: str, owner: str) -> bool:
     """Would a name do as well as one that a way gives?"""
-    return any((effect, owner) == (e, each.way.owner(o)) for f in each.found.effects for e, o in f.equivalents)
+    way = each.way
+    return any((effect, owner) == (way.told(e), way.owner(o)) for f in each.found.effects for e, o in f.equivalents)
 
 
 def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[CellFinding]) -> tuple[Cell, list[str]]:
     """The cell whose arms have the causes that are sure; notes on those that its postures cannot tell."""
     notes = []
     for of in effects:
-        way = next(each.way for each in ways if each.way.name == of.seen_by[0])
+        seeing = next(each for each in ways if each.way.name == of.seen_by[0])
+        way = seeing.way
         place = place_of(of.finding.owner)
         arm = next((arm for arm in way.arms if arm.name == place.arm), way.arms[-1])
         if of.entry is None:
+            if of.finding.effect in RIG_TRAITS:
+                cell, told = seeing.mended(cell, of.finding)
+                notes += told
             continue
-        if len(way.arms) > 1 and traits_of(of.entry["effect"]).refers_to != "axes":
+        if len(way.arms) > 1 and not _can_be_of_an_arm(of.entry):
             notes.append(
                 f"{of.finding.label} is not in model.yaml: it refers to the rows of the whole way to {way.name}"
             )
@@ -269,6 +344,16 @@ def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[Ce
             continue
         cell = tried
     return cell, notes
+
+
+def _can_be_of_an_arm(entry: Entry) -> bool:
+    """Can an effect of a way be one of the arm that has its owner?
+
+    What follows axes alone is the same there. What refers to the rows of the way finds other numbers in the arm's own,
+    where it has nothing but numbers, and is of a joint or link.
+    """
+    place, refers_to = place_of(entry["owner"]), traits_of(entry["effect"]).refers_to
+    return refers_to == "axes" or (refers_to == "rows" and place.number > 0 and not options_of(entry))
 
 
 def _unexplained(each: WayDiagnosis) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Signs and zeros of joints that nobody set: q = s J + z of what the motors count, J, from pictures of a board.
+"""Signs and zeros of joints that nobody set: q = s J + z of what motors count, J, by pictures of a board or touches.
 
 Cheap arms count from wherever their horns were screwed on. With the lengths of the URDF, the frame F that carries the
 camera (or the board) and the board's pose S in the camera, turned round where the camera stands in the room,
@@ -11,18 +11,19 @@ holds with one X and Y for the right signs s and zeros z, and for no others but 
 form for any s and z (`hand_eye`), so that for each of the 2^n signs a search over zeros alone remains: Levenberg and
 Marquardt's from STARTS places all around, first on the turns alone, which rule out most signs; then with the places.
 
-The zero of the first joint turns the base and that of the last one the camera's mount: no picture shows them, and they
-stay as they are. An arm whose links lie in one plane is its own mirror image: with all signs of that plane's joints
-turned round it is the same arm, its base half turned. Of solutions that fit alike, that within the joints' limits
-counts, then that with the fewest turned signs, and the others are told.
+`touch_zeros` has the same of touches of points. The zero of the first joint turns the base and that of the last one the
+camera's mount, or the tip: nothing shows them, and they stay as they are. An arm whose links lie in one plane is its
+own mirror image: with all signs of that plane's joints turned round it is the same arm, its base half turned. Of
+solutions that fit alike, that within the joints' limits counts, then that with the fewest turned signs, and the others
+are told.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,10 @@ from scipy.optimize import least_squares
 
 from fastcal.calibration.board_poses import board_poses
 from fastcal.calibration.hand_eye import solved_alike
+from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.moving_rig import frames_of
 from fastcal.calibration.unknowns import CORNERS
+from fastcal.cells.touch_zeros import SOCKET, touches_of
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_name
@@ -97,20 +100,22 @@ class JointZeros:
 
 
 def joint_zeros(robot: Robot, data: Dataset, *, progress: Callable[[str], None] | None = None) -> JointZeros:
-    """Finds signs and zeros from pictures of a board.
+    """Finds signs and zeros from pictures of a board, or from touches of points.
 
     Args:
-        robot: With its camera and board, of which one stands on the arm; their places are not used.
-        data: Its q are what the motors count, in the units of the joints.
+        robot: For pictures with its camera and board, of which one stands on the arm; their places are not used.
+        data: Its q are what the motors count, in the units of the joints; corners, or `socket` labels of touches.
         progress: Called with a sentence at each step.
 
     Raises:
-        InvalidInput: Too few pictures, or neither camera nor board is on the arm.
+        InvalidInput: Too few pictures or touches, or neither camera nor board is on the arm.
         Undetermined: No signs and zeros fit.
     """
     report = progress or (lambda text: None)
-    views = _views(robot, data)
+    robot, _ = with_started_lenses(robot, data)
     free = np.arange(1, robot.core.joint_count - 1)
+    is_touched = CORNERS not in data.kinds and SOCKET in data.kinds
+    views: Sequence[_Shown] = [touches_of(data, len(free))] if is_touched else _views(robot, data)
     random = np.random.default_rng(0)
     starts = random.uniform(-np.pi, np.pi, (STARTS, len(free)))
     starts[0] = 0.0
@@ -127,9 +132,9 @@ def joint_zeros(robot: Robot, data: Dataset, *, progress: Callable[[str], None] 
     least = found[0][0]
     if least > _ARM * _WRONG:
         raise Undetermined(
-            f"{data.source}: no signs and zeros of the joints fit the pictures: they leave "
-            f"{from_si(least, 'mm'):.0f} mm of a picture's pose; are the joints in the order of the robot file, "
-            "and the pictures of these rows?"
+            f"{data.source}: no signs and zeros of the joints fit the {'touches' if is_touched else 'pictures'}: they "
+            f"leave {from_si(least, 'mm'):.0f} mm; are the joints in the order of the robot file, and the "
+            f"{'labels' if is_touched else 'pictures'} of these rows?"
         )
     alike = [of for of in found if of[0] <= ALIKE * least]
     chosen = min(alike, key=lambda of: (_outside(robot, data, *of[1:]), int(np.sum(of[1] < 0)), of[0]))
@@ -149,10 +154,33 @@ class _View:
     S: FloatArray
     on: str
 
+    def misfits(self, robot: Robot, sign: FloatArray, zero: FloatArray, *, turns_alone: bool) -> FloatArray:
+        """(N, 6) by which F X S is away from Y in each picture: shifts [m], and turns times 0.3 m; or turns (N, 3)."""
+        F = frames_of(robot, np.ascontiguousarray(self.counts * sign + zero), self.on)
+        X, Y = solved_alike(F, self.S)
+        E = np.linalg.inv(Y) @ F @ X @ self.S
+        R = E[:, :3, :3]
+        turn = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1) / 2
+        # Beyond a quarter turn the sine falls again: 1 - cos keeps large turns large.
+        away = np.sqrt(np.maximum(3 - np.trace(R, axis1=1, axis2=2), 0.0) + 1e-30)
+        size = np.linalg.norm(turn, axis=1)
+        turn *= (away / np.maximum(size, 1e-9))[:, np.newaxis] * np.where(size > 0, 1.0, 0.0)[:, np.newaxis]
+        return _ARM * turn if turns_alone else np.hstack([E[:, :3, 3], _ARM * turn])
+
+
+class _Shown(Protocol):
+    """What shows signs and zeros."""
+
+    def misfits(self, robot: Robot, sign: FloatArray, zero: FloatArray, *, turns_alone: bool) -> FloatArray:
+        """(N, m) of its rows [m]."""
+        ...
+
 
 def _views(robot: Robot, data: Dataset) -> list[_View]:
     if CORNERS not in data.kinds:
-        raise InvalidInput(f"{data.source}: signs and zeros need pictures of a board; give their corners (--corners)")
+        raise InvalidInput(
+            f"{data.source}: signs and zeros need pictures of a board (--corners) or touches of points (column socket)"
+        )
     spec, out = robot.description, []
     for (camera, board), part in pictures(spec).items():
         ends = spec.cameras[camera]["on"], spec.boards[board]["on"]
@@ -174,10 +202,10 @@ def _views(robot: Robot, data: Dataset) -> list[_View]:
 
 @dataclass(frozen=True, eq=False)
 class _Misfit:
-    """(N, 6) of the pictures by the zeros of the joints `free`, or of their turns alone (N, 3)."""
+    """(N, m) of what was seen or touched, by the zeros of the joints `free`; of pictures the turns alone."""
 
     robot: Robot
-    views: list[_View]
+    views: Sequence[_Shown]
     sign: FloatArray
     free: NDArray[np.intp]
     turns_alone: bool = False
@@ -185,24 +213,8 @@ class _Misfit:
     def __call__(self, z: FloatArray) -> FloatArray:
         zero = np.zeros(len(self.sign))
         zero[self.free] = z
-        return _misfits(self.robot, self.views, self.sign, zero)[:, 3 if self.turns_alone else 0 :]
-
-
-def _misfits(robot: Robot, views: list[_View], sign: FloatArray, zero: FloatArray) -> FloatArray:
-    """(N, 6) by which F X S is away from Y in each picture: shifts [m], and turns times 0.3 m."""
-    out = []
-    for view in views:
-        F = frames_of(robot, np.ascontiguousarray(view.counts * sign + zero), view.on)
-        X, Y = solved_alike(F, view.S)
-        E = np.linalg.inv(Y) @ F @ X @ view.S
-        R = E[:, :3, :3]
-        turn = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1) / 2
-        # Beyond a quarter turn the sine falls again: 1 - cos keeps large turns large.
-        away = np.sqrt(np.maximum(3 - np.trace(R, axis1=1, axis2=2), 0.0) + 1e-30)
-        size = np.linalg.norm(turn, axis=1)
-        turn *= (away / np.maximum(size, 1e-9))[:, np.newaxis] * np.where(size > 0, 1.0, 0.0)[:, np.newaxis]
-        out.append(np.hstack([E[:, :3, 3], _ARM * turn]))
-    return np.concatenate(out)
+        parts = [view.misfits(self.robot, self.sign, zero, turns_alone=self.turns_alone) for view in self.views]
+        return np.concatenate(parts)
 
 
 def _searched(misfits: Callable[[FloatArray], FloatArray], starts: FloatArray) -> tuple[float, FloatArray]:
@@ -217,7 +229,7 @@ def _searched(misfits: Callable[[FloatArray], FloatArray], starts: FloatArray) -
 
 
 def _solutions(
-    robot: Robot, views: list[_View], sign: FloatArray, free: NDArray[np.intp], starts: FloatArray
+    robot: Robot, views: Sequence[_Shown], sign: FloatArray, free: NDArray[np.intp], starts: FloatArray
 ) -> list[tuple[float, FloatArray, FloatArray]]:
     """Misfit, signs and zeros of the distinct minima, the best first."""
     out: list[tuple[float, FloatArray, FloatArray]] = []

@@ -23,7 +23,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, joint_position, place_of
 from fastcal.robot.robot import Robot
-from fastcal.robot.robot_spec import Spec
+from fastcal.robot.robot_spec import Entry, Spec
 
 _NOUNS = {"joint": "joint", "link": "link", "Gelenk": "joint", "Glied": "link"}  # as pages say them
 _OF_THE_LAST = ("robot", "payload", "structure")  # owners that are the arm's that carries the target
@@ -46,6 +46,34 @@ class Way:
     def name(self) -> str:
         """That of its target."""
         return self.target.name
+
+    @property
+    def not_tried(self) -> list[str]:
+        """Effects that no diagnosis of this way can try."""
+        return []
+
+    @property
+    def seeing(self) -> tuple[str, ...]:
+        """The camera and the board of pictures."""
+        return ()
+
+    @property
+    def folder(self) -> str:
+        """Of its own page."""
+        return self.name.replace(":", "-")
+
+    def told(self, name: str) -> str:
+        """An effect or parameter of `robot` as the cell calls it."""
+        return name
+
+    def tried_as(self, name: str) -> str:
+        """What `robot` calls an effect of the cell."""
+        return name
+
+    def told_entry(self, entry: Entry) -> Entry:
+        """An effect of `robot` as the arm that has it says it, its owner still that of the way."""
+        values = {self.told(name): value for name, value in entry.get("parameters", {}).items()}
+        return {**entry, "effect": self.told(entry["effect"]), "parameters": values}
 
     @cached_property
     def robot(self) -> Robot:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from fastcal.cli.accept_path import judge_path, plan_path_test
 from fastcal.cli.console import emit, progress, say, tell, warn
 from fastcal.cli.options import DwellS, PageLanguage, SpeedPercent, file_names, three_numbers
 from fastcal.cli.who import Who
@@ -38,7 +39,9 @@ def accept(
     directions: Annotated[
         bool, typer.Option("--directions", help="Also approach P1, P2 and P4 from three sides, for vAP.")
     ] = False,
-    cycles: Annotated[int, typer.Option(min=1, help="Visits of each pose; the standard has 30.")] = 30,
+    cycles: Annotated[
+        int | None, typer.Option(min=1, help="Visits of each pose, default 30; with --path runs, default 10.")
+    ] = None,
     centre_mm: Annotated[
         str | None, typer.Option(metavar="X,Y,Z", help="Middle of the cube in the base; default: the largest cube.")
     ] = None,
@@ -57,8 +60,12 @@ def accept(
     ] = None,
     path: Annotated[
         Path | None,
-        typer.Option(metavar="CORNERS", help="DATA are recorded paths, a run a file, of lines through these points."),
+        typer.Option(metavar="CORNERS", help="DATA are recordings of a path of lines through these points."),
     ] = None,
+    speed_mm_s: Annotated[float, typer.Option(help="With --plan --path: along the lines.")] = 100.0,
+    blend_mm: Annotated[
+        float, typer.Option(help="With --plan --path: how near a corner a line may be left; 0: the arm stops there.")
+    ] = 0.0,
     tolerance_mm: Annotated[
         float | None, typer.Option(metavar="T", help="Limit of AP, the accuracy of each pose.")
     ] = None,
@@ -69,8 +76,9 @@ def accept(
         Path | None, typer.Option(metavar="FILE", help="YAML: what is known of instrument and conditions.")
     ] = None,
     align: Annotated[
-        Literal["fit", "model"], typer.Option(help="Fit the instrument's frame to the poses, or take MODEL's base.")
-    ] = "fit",
+        Literal["fit", "model"] | None,
+        typer.Option(help="Fit the instrument's frame, or take MODEL's base; default: fit, with --path model."),
+    ] = None,
     page_language: PageLanguage = "en",
     who: Who | None = None,
 ) -> None:
@@ -84,41 +92,34 @@ def accept(
 
     robot = load_robot(model)
     if plan:
-        if data or targets or path or tolerance_mm or limit or budget:
-            raise InvalidInput(
-                "--plan takes no DATA, --targets, --path, --tolerance-mm, --limit or --budget: nothing is judged"
-            )
+        if data or targets or tolerance_mm or limit or budget:
+            raise InvalidInput("--plan takes no DATA, --targets, --tolerance-mm, --limit or --budget, which judge")
         if language is None:
             raise InvalidInput("--plan needs --language rapid, krl, fanuc or urscript")
-        _plan(
-            robot,
-            output,
-            {
-                "language": language,
-                "compensate": compensated,
-                "directions": directions,
-                "cycles": cycles,
-                "centre": None if centre_mm is None else _lengths("--centre-mm", centre_mm),
-                "edge": None if edge_mm is None else to_si(edge_mm, "mm"),
-                "rotation": None if tool_rpy_deg is None else _rotation(tool_rpy_deg),
-                "payload": payload_kg,
-                "temperature": None if temperature_c is None else to_si(temperature_c, "c"),
-                "dwell_s": dwell_s,
-                "speed": speed_percent / 100,
-            },
-        )
+        options = {
+            "language": language,
+            "compensate": compensated,
+            "rotation": _rotation(tool_rpy_deg),
+            "payload": payload_kg,
+            "temperature": None if temperature_c is None else to_si(temperature_c, "c"),
+            "dwell_s": dwell_s,
+            **({} if cycles is None else {"cycles": cycles}),
+        }
+        placed = {"directions": directions} | _placed(centre_mm, edge_mm)
+        if path is None:
+            _plan(robot, output, options | placed | {"speed": speed_percent / 100})
+        else:
+            driven = {"speed": to_si(speed_mm_s, "mm"), "blend": to_si(blend_mm, "mm")}
+            plan_path_test(robot, path, output, options | driven, placed)
         return
     if path is not None:
         if targets or tolerance_mm or limit or budget:
             raise InvalidInput("--path takes no --targets, --tolerance-mm, --limit or --budget: nothing is judged")
-        _judge_path(robot, data or [], path, output, page_language)
+        judge_path(robot, data or [], path, output, page_language, align=align == "fit")
         return
     if not data:
         raise InvalidInput("expected DATA to judge, or --plan to write the program")
-    limits = _limits(limit or [])
-    if tolerance_mm is not None:
-        limits["ap_mm"] = tolerance_mm
-    options = {"limits": limits, "align": align == "fit", "who": who}
+    options = {"limits": _limits(limit or [], tolerance_mm), "align": align != "model", "who": who}
     found = _judge(robot, data, output, targets, budget, options, page_language)
     if found.verdict in ("fail", "cannot_tell"):
         raise typer.Exit(FAILED if found.verdict == "fail" else CANNOT_TELL)
@@ -164,40 +165,6 @@ def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
     )
 
 
-def _judge_path(robot: Robot, data: list[Path], corners: Path, output: Path, language: str) -> None:
-    """Accuracy and repeatability of recorded paths."""
-    import numpy as np
-
-    from fastcal.acceptance import path_figures
-    from fastcal.io.folder import check_folder
-    from fastcal.io.recorded_path import load_corners, load_run
-    from fastcal.report.language import _
-    from fastcal.report.measured_path_report import FILES, write_measured_path
-    from fastcal.units import from_si
-
-    check_folder(output, FILES)
-    commanded = load_corners(corners)
-    turned = commanded.rotations
-    kept = turned is not None and np.abs(turned - turned[0]).max() < 1e-9
-    runs = [load_run(file) for file in data]
-    found = path_figures(commanded.points, runs, rotation=turned[0] if turned is not None and kept else None)
-    write_measured_path(found, robot.name, output, language=language)
-    content = found.to_json_dict()
-    at, rt = (float(content[name]) for name in ("AT_mm", "RT_mm"))
-    say(_("{runs} runs: AT {at:.4f} mm, RT {rt:.4f} mm", runs=found.runs, at=at, rt=rt))
-    for corner in found.corners:
-        rounding, overshoot = (from_si(float(value), "mm") for value in (corner.rounding, corner.overshoot))
-        text = _(
-            "corner {corner}: rounding {rounding:.4f} mm, overshoot {overshoot:.4f} mm",
-            corner=corner.corner,
-            rounding=rounding,
-            overshoot=overshoot,
-        )
-        say(text)
-    say(str(output / "report.html"))
-    emit(content)
-
-
 def _judge(
     robot: Robot,
     data: list[Path],
@@ -229,8 +196,8 @@ def _judge(
     return found
 
 
-def _limits(given: list[str]) -> dict[str, float]:
-    """NAME=VALUE as a dict."""
+def _limits(given: list[str], tolerance_mm: float | None) -> dict[str, float]:
+    """NAME=VALUE as a dict, and the limit of AP."""
     from fastcal.errors import InvalidInput
 
     out: dict[str, float] = {}
@@ -240,7 +207,17 @@ def _limits(given: list[str]) -> dict[str, float]:
             out[name.strip()] = float(value)
         except ValueError:
             raise InvalidInput(f"--limit takes NAME=VALUE such as rp_mm=0.05, got '{text}'") from None
-    return out
+    return out if tolerance_mm is None else out | {"ap_mm": tolerance_mm}
+
+
+def _placed(centre_mm: str | None, edge_mm: float | None) -> dict[str, Any]:
+    """Where the cube is and how large, as `plan_acceptance` takes it."""
+    from fastcal.units import to_si
+
+    return {
+        "centre": None if centre_mm is None else _lengths("--centre-mm", centre_mm),
+        "edge": None if edge_mm is None else to_si(edge_mm, "mm"),
+    }
 
 
 def _lengths(option: str, text: str) -> Any:
@@ -251,7 +228,9 @@ def _lengths(option: str, text: str) -> Any:
     return to_si(np.array(three_numbers(option, text)), "mm")
 
 
-def _rotation(text: str) -> Any:
+def _rotation(text: str | None) -> Any:
+    if text is None:
+        return None
     import numpy as np
 
     from fastcal.robot.se3 import rpy_to_rotation

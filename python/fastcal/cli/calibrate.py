@@ -104,7 +104,6 @@ def calibrate(
         from fastcal.cli.cells import calibrate_cell, not_given
 
         only_of_arms: dict[str, tuple[Any, Any]] = {
-            "--effects": (effects, "geometry"),
             "--method": (method, "nls"),
             "--solver": (solver, "newton"),
             "--priors": (priors, None),
@@ -115,7 +114,7 @@ def calibrate(
         }
         both = (corners, test_corners)
         calibrate_cell(
-            robot, data, output, test, both, mend, loss, threads, only_of_arms, hand_eye or [], page_language
+            robot, data, output, test, both, mend, effects, loss, threads, only_of_arms, hand_eye or [], page_language
         )
         return
     _check_options(limit_mm, choose, least_squares=method == "nls" and solver == "newton" and not priors)

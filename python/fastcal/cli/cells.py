@@ -24,6 +24,7 @@ def calibrate_cell(
     test: Path | None,
     corners: tuple[Path | None, Path | None],
     mend: bool,
+    effects: str,
     loss: str,
     threads: int,
     given: Mapping[str, Any],
@@ -35,6 +36,7 @@ def calibrate_cell(
     `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `given`: options of
     `fastcal calibrate` that a cell does not take, and what they are where they were not given.
     """
+    from fastcal.cells.asked import with_effects
     from fastcal.cells.calibrate import calibrate_cell as calibrated
     from fastcal.cells.cameras import cell_hand_eyes
     from fastcal.cli.hand_eye import check_hand_eyes, write
@@ -47,12 +49,15 @@ def calibrate_cell(
     check_hand_eyes(hand_eye)
     refuse(given)
     nominal = load_cell(cell)
+    asked = effects != "geometry"
+    nominal = with_effects(nominal, effects) if asked else nominal
     if hand_eye:
         cell_hand_eyes(nominal)  # says so where there is no sensor
     readings = load_seen_readings(_one(data), nominal, corners[0])
     other = None if test is None else load_seen_readings(test, nominal, corners[1])
     with progress() as show:
-        found = calibrated(nominal, readings, test=other, mend=mend, loss=loss, threads=threads, progress=show)
+        options: dict[str, Any] = {"mend": mend, "loss": loss, "threads": threads, "progress": show}
+        found = calibrated(nominal, readings, test=other, effects=asked, **options)
         show("writing the report")
         write_cell_calibration(found, output, language=language)
     warn([*found.notes, *([found.held] if found.held else [])])
@@ -74,33 +79,37 @@ def diagnose_cell(
     data: list[Path],
     output: Path,
     test: Path | None,
+    corners: tuple[Path | None, Path | None],
     exclude: list[str],
     sigma: float | None,
     as_read: bool,
+    mend: bool,
     threads: int,
     language: str,
     given: Mapping[str, Any],
 ) -> None:
     """Finds what the arms of a cell are missing.
 
-    `output` gets model.yaml, diagnosis.json, report.html and a folder with each way's own page. `given`: as for
-    `calibrate_cell`.
+    `output` gets model.yaml, diagnosis.json, report.html and a folder with each way's own page. `corners`: of `data`
+    and of `test`. `given`: as for `calibrate_cell`.
     """
     from fastcal.cells.diagnose import diagnose_cell as diagnosed
-    from fastcal.cells.paths import ways_of
+    from fastcal.cells.sensor_ways import seen_ways
+    from fastcal.importers.corners import load_seen_readings
     from fastcal.io.folder import check_folder
     from fastcal.io.tree_file import load_cell
-    from fastcal.io.tree_readings import load_readings
     from fastcal.io.way_readings import way_datasets
     from fastcal.report.cell_report import DIAGNOSIS_FILES, write_cell_diagnosis
 
     check_folder(output, DIAGNOSIS_FILES)
     refuse(given)
     nominal = load_cell(cell)
-    readings = load_readings(_one(data), nominal)
-    ways = ways_of(nominal, readings.views)
-    rows = way_datasets(_one(data), ways)
-    others = [None] * len(ways) if test is None else way_datasets(test, ways)
+    readings = load_seen_readings(_one(data), nominal, corners[0])
+    ways = seen_ways(nominal, readings)
+    rows = way_datasets(_one(data), nominal, ways, readings)
+    others: list[Any] = [None] * len(ways)
+    if test is not None:
+        others = way_datasets(test, nominal, ways, load_seen_readings(test, nominal, corners[1]))
     with progress() as show:
         found = diagnosed(
             nominal,
@@ -109,6 +118,7 @@ def diagnose_cell(
             exclude=exclude,
             sigma=sigma,
             as_read=as_read,
+            mend=mend,
             threads=threads,
             progress=show,
         )
@@ -152,7 +162,7 @@ def check_cell(
     cell = load_cell(model)
     readings = load_readings(_one(data), cell)
     ways = ways_of(cell, readings.views)
-    rows = way_datasets(_one(data), ways)
+    rows = way_datasets(_one(data), cell, ways, readings)
     with progress() as show:
         show("checking")
         pairs = list(zip(ways, rows, strict=True))

@@ -64,14 +64,10 @@ def diagnose(
 
     sigma = None if sigma_mm is None else to_si(sigma_mm, "mm")
     if is_cell(robot):
-        only_of_arms: dict[str, tuple[Any, Any]] = {
-            "--corners": (corners, None),
-            "--test-corners": (test_corners, None),
-            "--mend": (mend, False),
-            "--tracker": (tracker, None),
-            **not_given(who),
-        }
-        diagnose_cell(robot, data, output, test, exclude or [], sigma, as_read, threads, page_language, only_of_arms)
+        only_of_arms: dict[str, tuple[Any, Any]] = {"--tracker": (tracker, None), **not_given(who)}
+        seen = (corners, test_corners)
+        options = (exclude or [], sigma, as_read, mend, threads, page_language, only_of_arms)
+        diagnose_cell(robot, data, output, test, seen, *options)
         return
     check_folder(output, FILES)
     nominal = load_robot(robot)

@@ -14,7 +14,7 @@ from fastcal.cli.options import OutFile, RobotFile
 
 if TYPE_CHECKING:
     from fastcal.importers import Mapping
-    from fastcal.importers.industrial_calibration import IndustrialSet
+    from fastcal.importers.picture_set import PictureSet
     from fastcal.importers.pose_pairs import PosePairs
 
 
@@ -60,7 +60,9 @@ def import_(
     """
     from fastcal.errors import InvalidInput
     from fastcal.importers import import_measurements, map_text, read_map, write_imported
-    from fastcal.importers.industrial_calibration import read_industrial_set, write_industrial_set
+    from fastcal.importers.industrial_calibration import read_industrial_set
+    from fastcal.importers.numbered_pictures import read_numbered_pictures
+    from fastcal.importers.picture_set import write_picture_set
     from fastcal.importers.pose_pairs import read_pose_pairs
     from fastcal.importers.pose_pairs_out import write_pose_pairs
     from fastcal.io.atomic import write_text
@@ -79,8 +81,8 @@ def import_(
         return
     if output is None:
         raise InvalidInput("expected -o FILE, the measurement file to write")
-    if (taken := read_industrial_set(exports)) is not None:
-        _say_set(taken, exports[0], output, write_industrial_set(output, taken))
+    if (taken := read_industrial_set(exports) or read_numbered_pictures(exports)) is not None:
+        _say_set(taken, output, write_picture_set(output, taken, arm, robot or ""))
         return
     if (pairs := read_pose_pairs(exports, asked=hand_eye)) is not None:
         _say_pairs(pairs, output, write_pose_pairs(output, pairs))
@@ -117,14 +119,14 @@ def import_(
     )
 
 
-def _say_set(taken: IndustrialSet, given: Path, output: Path, cell: Path) -> None:
+def _say_set(taken: PictureSet, output: Path, cell: Path) -> None:
     folder = taken.pictures[0].parent
-    say(
-        f"{output}: {len(taken.pictures)} poses with pictures; read as a data folder of industrial_calibration: {given}"
-    )
+    for note in taken.notes:
+        say(note)
+    say(f"{output}: {len(taken.pictures)} poses with pictures; read as {taken.read_as}")
     say(f"next: fastcal detect {folder} --cell {cell} --joints {output} -o corners.csv")
     say(f"then: fastcal calibrate {cell} {output} --corners corners.csv -o out --hand-eye camera.calib")
-    emit({"file": str(output), "cell": str(cell), "rows": len(taken.pictures), "read_as": "industrial_calibration"})
+    emit({"file": str(output), "cell": str(cell), "rows": len(taken.pictures), "read_as": taken.read_as})
 
 
 def _say_pairs(pairs: PosePairs, output: Path, cell: Path) -> None:

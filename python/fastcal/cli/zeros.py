@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""`fastcal zeros`: signs and zeros of joints whose motors count from anywhere, from a dozen pictures of a board."""
+"""`fastcal zeros`: signs and zeros of joints whose motors count from anywhere, by a dozen pictures or touches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,13 @@ def zeros(
     robot: RobotFile,
     data: DataFiles,
     output: OutFolder,
-    corners: Annotated[Path, typer.Option(metavar="FILE", help="Corners of the board in each picture (detect).")],
+    corners: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Corners of the board in each picture (detect); none where points were touched (socket).",
+        ),
+    ] = None,
     lerobot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="LeRobot's calibration, with which the joints were read: written anew too."),
@@ -28,7 +34,8 @@ def zeros(
     """Find signs and zeros of joints.
 
     For arms whose motors count from anywhere: the lengths are those of the URDF, and nothing need be known of where the
-    camera and the board are. Joint positions are as the motors count, in degrees.
+    camera and the board are, or the points that the hand's tip touched. Joint positions are as the motors count, in
+    degrees.
     """
     from fastcal.cells.joint_zeros import joint_zeros
     from fastcal.errors import InvalidInput
@@ -51,7 +58,7 @@ def zeros(
     names = [joint.name or name for joint, name in zip(arm.joints, found.names, strict=True)]
     written, turned = (None, []) if old is None else lerobot_calibration(old, names, found)
     urdf = counted_urdf(arm.spec, found)
-    content = found.to_json_dict()
+    content, what = found.to_json_dict(), "pictures" if corners else "touches"
     with atomic_folder(output, owned=FILES) as folder:
         arm.with_(pendant=found.pendant()).save(folder / "robot.yaml")
         write_json(folder / "zeros.json", content)
@@ -60,11 +67,11 @@ def zeros(
         if written is not None:
             write_json(folder / "lerobot.json", written)
     for name, joint in zip(names, content["joints"], strict=True):
-        told = "zero not shown by pictures: it moves with the base or the mount"
+        told = f"zero not shown by {what}: it moves with the base or the {'mount' if corners else 'tip'}"
         if (std := joint["std_deg"]) is not None:
             told = f"zero {joint['zero_deg']:.2f} deg, known to {2 * std:.2g} deg (95 %)"
         say(f"{name}: sign {joint['sign']:+d}, {told}")
-    say(f"pictures are left {from_si(found.misfit, 'mm'):.2f} mm from where the arm has them")
+    say(f"{what} are left {from_si(found.misfit, 'mm'):.2f} mm from where the arm has them")
     for sign, zero in found.others:
         told = ", ".join(f"{s:+.0f} {from_si(z, 'deg'):.1f}" for s, z in zip(sign.tolist(), zero.tolist(), strict=True))
         say(f"fits as well (sign, zero in deg): {told}")

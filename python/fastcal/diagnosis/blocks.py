@@ -205,7 +205,7 @@ def _generic_blocks(at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]) ->
     """Blocks without a name and, of each, the directions (m, d) that are multiplied by its curves."""
     problem, data = at.problem, at.problem.kept
     robot = problem.start.robot
-    turns = [kind == "revolute" for kind in robot.joint_types]
+    turns = {i: kind == "revolute" for i, kind in enumerate(robot.joint_types) if i not in robot.beside}
     found: list[Generic] = []
     directions: list[FloatArray] = []
 
@@ -215,9 +215,10 @@ def _generic_blocks(at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]) ->
             directions.append(direction)
 
     known = problem.curves
-    for joint, of_joint in enumerate(generic.joint_curves(data, at.loads, turns, known), start=1):
+    for joint, of_joint in zip(turns, generic.joint_curves(data, at.loads, turns, known), strict=True):
+        owner = joint_name(joint)
         for curves in of_joint:
-            add(f"joint{joint}", curves, frame[f"joint{joint}"])
+            add(owner, curves, frame[owner])
     for curves in generic.frame_curves(data, known):
         add("base", curves, frame["base"])
         add("tool", curves, frame["tool"])

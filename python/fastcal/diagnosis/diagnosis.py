@@ -12,6 +12,7 @@ import numpy as np
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import gross_misfits
+from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.parallel import workers
 from fastcal.calibration.pictures import check_pictures, judged_pictures
 from fastcal.calibration.placed_test import placing_notes
@@ -90,7 +91,9 @@ def diagnose(
             f"{robot.name} is known by the poses of its flange alone (robot: pose), in which causes of an arm's error "
             "cannot be told apart; give the arm's file and its joint positions"
         )
-    looked = judged_pictures(robot, counted_once(in_order(as_data(data, robot))), mend=mend, threads=threads)
+    rows = counted_once(in_order(as_data(data, robot)))
+    robot, of_lenses = with_started_lenses(robot, rows)
+    looked = judged_pictures(robot, rows, mend=mend, threads=threads)
     data = looked.data
     test = None if test is None else of_unknown_order(as_data(test, robot))
     notify(said("looking at the columns"))
@@ -130,7 +133,7 @@ def diagnose(
     ]
     result = _beside([*of_the_rig, *filter(None, of_the_file)], result)
     alike = [ALIKE[f.effect] for f in of_the_rig if f.grade != "A" and f.effect in ALIKE]
-    told = [*looked.notes, *(misfit.text for misfit in result.misfits), *suspected, *alike]
+    told = [*of_lenses, *looked.notes, *(misfit.text for misfit in result.misfits), *suspected, *alike]
     return replace(result, notes=[*told, *unexplained_by_any, *shared, *result.notes])
 
 

@@ -266,7 +266,8 @@ class Found:
             grade, limits = "C", (Because(Reason.SHADOW), *limits)
         unsure = self.told.unsure.get(repr(name))
         beside = [(proofs[k], other) for k, other in enumerate(self.best.names) if k != at]
-        weak = () if unsure else grading.may_be_another(proof, name, beside, others, remaining is not None)
+        left = None if remaining is None else float(np.sqrt(remaining.share * unexplained.misfit(self.search)))
+        weak = () if unsure else grading.may_be_another(proof, name, beside, others, left)
         if weak and grade == "B":
             told = {because.reason for because in weak}
             grade, limits = "C", (*weak, *(because for because in limits if because.reason not in told))

@@ -8,7 +8,7 @@ row, orthonormal over the rows. In finite terms they are the orthogonal, embedde
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice, product
@@ -134,22 +134,26 @@ def _made(wanted: Sequence[_Wanted], known: Known) -> list[Curves]:
 
 
 def joint_curves(
-    data: Dataset, loads: FloatArray, turns: Sequence[bool], known: Known | None = None
+    data: Dataset, loads: FloatArray, turns: Mapping[int, bool], known: Known | None = None
 ) -> list[list[Curves]]:
     """What the error of each joint may depend on: its position, its load, time, temperature, two positions at once.
 
     Args:
         data: The rows (N).
         loads: (N, n) about or along the joints' axes.
-        turns: Of each joint, whether it is revolute.
+        turns: Of each joint, from 0, that moves the tool, whether it is revolute.
         known: Curves over the same rows that no load enters, by what they depend on: what is there is taken.
     """
-    wanted = [list(_wanted_of_joint(joint, data, loads, turns[joint])) for joint in range(len(turns))]
+    pairs = [((a, b), later - sooner <= 2) for (sooner, a), (later, b) in combinations(enumerate(turns), 2)]
+    wanted = [list(_wanted_of_joint(joint, data, loads, turns[joint], pairs)) for joint in turns]
     made = iter(_made([one for of_joint in wanted for one in of_joint], {} if known is None else known))
     return [list(islice(made, len(of_joint))) for of_joint in wanted]
 
 
-def _wanted_of_joint(joint: int, data: Dataset, loads: FloatArray, turns: bool) -> Iterator[_Wanted]:
+def _wanted_of_joint(
+    joint: int, data: Dataset, loads: FloatArray, turns: bool, pairs: Sequence[tuple[tuple[int, int], bool]]
+) -> Iterator[_Wanted]:
+    """`pairs`: of joints, and whether these are near each other in the arm."""
     q = data.q
     yield _Wanted((joint_position(joint),), partial(_own_curve, q[:, joint], turns))
     load = loads[:, joint] if np.ptp(loads[:, joint]) > _ROUNDING * np.abs(loads).max() else np.zeros(len(loads))
@@ -158,8 +162,8 @@ def _wanted_of_joint(joint: int, data: Dataset, loads: FloatArray, turns: bool) 
     yield from _of_conditions(data)
     yield from _of_friction(joint, data, load)
     yield from _of_history(joint, data)
-    for a, b in combinations(range(q.shape[1]), 2):
-        if joint in (a, b) or abs(a - b) <= 2:
+    for (a, b), are_near in pairs:
+        if joint in (a, b) or are_near:
             yield _Wanted((joint_position(a), joint_position(b)), partial(_pair, q[:, a], q[:, b]))
 
 

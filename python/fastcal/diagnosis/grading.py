@@ -235,7 +235,7 @@ def may_be_another(
     name: Hypothesis,
     beside: Sequence[tuple[Evidence, Hypothesis]],
     equivalents: Sequence[object],
-    something_remains: bool,
+    remaining: float | None,
 ) -> tuple[Because, ...]:
     """Why a name is no more than its place: what looks alike from afar would not have shown itself; empty: it is more.
 
@@ -249,17 +249,18 @@ def may_be_another(
         name: The name.
         beside: The other names of the set, and the evidence for each.
         equivalents: Names that do as well, and come first in parts of the data by chance.
-        something_remains: Is there something without a name?
+        remaining: The signal-to-noise ratio of what has no name; None where nothing is left. What is weaker may be a
+            part of it.
     """
     snr = found.snr
     others = [(other, its) for its, other in beside if not (name.traits.is_wave and other.traits.is_wave)]
     least, slow = rules.GRADE_B_SNR, not SLOW.isdisjoint(name.traits.depends_on)
     if (
-        something_remains
+        remaining is not None
         or any(its.snr > rules.MUCH_STRONGER * snr for _, its in others)
         or (slow and any(not SLOW.isdisjoint(other.traits.depends_on) for other, _ in others))
     ):
-        least = max(least, _sure_signal(found, name))
+        least = max(least, _sure_signal(found, name), remaining or 0.0)
     limits = [
         (snr < least, Because(Reason.LOOKS_LIKE_OTHERS, snr, least)),
         (

@@ -156,11 +156,11 @@ class Rivals:
 
     @property
     def every(self) -> list[Spec]:
-        """Profiles of all joints that turn and have none in the model that was given."""
-        problem = self.search.problem
+        """Profiles of all joints that turn the tool and have none in the model that was given."""
+        problem, robot = self.search.problem, self.search.problem.start.robot
         has = {entry["owner"] for entry in problem.given if entry["effect"] == curve_of("joint")}
-        turning = [joint_name(i) for i, kind in enumerate(problem.start.robot.joint_types) if kind == "revolute"]
-        return [profile(joint) for joint in turning if joint not in has]
+        turning = [i for i, kind in enumerate(robot.joint_types) if kind == "revolute" and i not in robot.beside]
+        return [profile(joint) for joint in map(joint_name, turning) if joint not in has]
 
     def with_profiles(self, state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
         """A set and profiles beside it; None where there are none, or where they make no model."""

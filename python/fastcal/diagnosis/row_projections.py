@@ -153,10 +153,7 @@ class Effect:
     @cached_property
     def points(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """(K,) fitted rows whose point is whole, and (K, 3) the places of its x, y, z among the measured numbers."""
-        position = self.fit.problem.kept.position
-        if position is None:
-            return np.zeros(0, dtype=np.intp), np.zeros((0, 3), dtype=np.intp)
-        kept = np.flatnonzero(np.isfinite(position).all(axis=1))
+        kept = np.flatnonzero(np.isfinite(self.fit.problem.kept.points).all(axis=1))
         return kept, np.searchsorted(self.row, kept)[:, np.newaxis] + np.arange(3)
 
     @cached_property

@@ -122,10 +122,14 @@ def located(search: Search, state: SearchNode) -> Unexplained:
     worth = found.worth(statistic[generic], rank[generic], generic)
     index = int(np.argmax(worth))
     block = found.generics[index]
-    misfit = max(search.start.fit.remaining - search.start.fit.freedom, 1.0)
-    share = (statistic[generic][index] - rank[generic][index]) / misfit
+    share = (statistic[generic][index] - rank[generic][index]) / misfit(search)
     share *= (state.fit.problem.noise.factor / search.problem.noise.factor) ** 2  # in one unit
     return Unexplained(block.owner, float(np.clip(share, 0.0, 1.0)), block.curves.depends_on)
+
+
+def misfit(search: Search) -> float:
+    """What the geometry alone leaves above the noise, as chi square."""
+    return max(search.start.fit.remaining - search.start.fit.freedom, 1.0)
 
 
 def in_order(slow: SlowMotions) -> Unexplained | None:

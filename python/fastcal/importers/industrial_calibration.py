@@ -7,9 +7,7 @@ What they hold becomes a table of poses with the pictures' names, and the cell o
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +15,9 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.importers.pose_lists import posed
-from fastcal.importers.pose_pairs_out import pose_columns
-from fastcal.io.atomic import atomic_paths
-from fastcal.io.tables import check_csv_name, csv_text
+from fastcal.importers.picture_set import PictureSet, picture_size
+from fastcal.io.poses import posed
 from fastcal.io.yaml_file import read_yaml
-from fastcal.io.yaml_text import yaml_text
 from fastcal.units import from_si
 
 Spec = dict[str, Any]
@@ -34,25 +29,9 @@ _CHARUCO, _CIRCLES = "CharucoGridTargetFinder", ("ModifiedCircleGridTargetFinder
 _LENS = ("fx", "fy", "cx", "cy")
 # OpenCV's predefined dictionaries, by their number.
 _DICTIONARIES = [f"{bits}X{bits}_{count}" for bits in (4, 5, 6, 7) for count in (50, 100, 250, 1000)]
-_JPEG_SIZES = frozenset({*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0)})
 
 
-@dataclass(frozen=True, eq=False)
-class IndustrialSet:
-    """A folder's content.
-
-    Attributes:
-        flange: (N, 4, 4) T_base_flange [m].
-        pictures: (N,) the files.
-        cell: Of an arm of poses, the camera and the board.
-    """
-
-    flange: FloatArray
-    pictures: tuple[Path, ...]
-    cell: Spec
-
-
-def read_industrial_set(files: Sequence[Path]) -> IndustrialSet | None:
+def read_industrial_set(files: Sequence[Path]) -> PictureSet | None:
     """The set in a folder that has cal_data.yaml, or in such a file; None: it is none.
 
     Raises:
@@ -85,59 +64,7 @@ def read_industrial_set(files: Sequence[Path]) -> IndustrialSet | None:
         "cameras": {"camera": {"on": camera, "size_px": list(size), "focal_px": [fx, fy], "centre_px": [cx, cy]}},
         "boards": {"board": {"on": board, **_board(finder, path)}},
     }
-    return IndustrialSet(np.array(flange), tuple(pictures), cell)
-
-
-def write_industrial_set(path: Path, found: IndustrialSet) -> Path:
-    """Writes the table, and beside it the cell; returns the cell's path.
-
-    Raises:
-        InvalidInput: A file cannot be written, or is no CSV by its name.
-    """
-    check_csv_name(path)
-    cell = path.with_name(f"{path.stem}_cell.yaml")
-    columns: dict[str, list[float] | list[str]] = {
-        **pose_columns(found.flange, "arm.{}"),
-        "picture": [file.name for file in found.pictures],
-    }
-    with atomic_paths([path, cell]) as (table, beside):
-        table.write_text(csv_text(columns), encoding="utf-8", newline="\n")
-        beside.write_text(yaml_text(found.cell), encoding="utf-8", newline="\n")
-    return cell
-
-
-def picture_size(path: Path) -> tuple[int, int]:
-    """Width and height of a PNG, BMP or JPEG file, by its first bytes.
-
-    Raises:
-        ParseError: It is not there, or none of these.
-    """
-    try:
-        with path.open("rb") as file:
-            head = file.read(1 << 16)
-    except OSError:
-        raise ParseError("there is no such picture", path) from None
-    try:
-        if head.startswith(b"\x89PNG\r\n\x1a\n"):
-            width, height = struct.unpack(">II", head[16:24])
-        elif head.startswith(b"BM"):
-            width, height = struct.unpack("<ii", head[18:26])
-        elif head.startswith(b"\xff\xd8"):
-            width, height = _jpeg_size(head)
-        else:
-            raise ParseError("expected a PNG, BMP or JPEG file", path)
-    except (struct.error, IndexError):
-        raise ParseError("is a picture that is cut short", path) from None
-    return int(width), abs(int(height))
-
-
-def _jpeg_size(head: bytes) -> tuple[int, int]:
-    """By the segment that begins the frame."""
-    at = 2
-    while head[at + 1] not in _JPEG_SIZES:
-        at += 2 + int(struct.unpack(">H", head[at + 2 : at + 4])[0])
-    height, width = struct.unpack(">HH", head[at + 5 : at + 9])
-    return int(width), int(height)
+    return PictureSet(np.array(flange), tuple(pictures), cell, f"a data folder of industrial_calibration: {files[0]}")
 
 
 def _pose(path: Path, row: int) -> FloatArray:

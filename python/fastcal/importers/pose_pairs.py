@@ -21,7 +21,8 @@ from fastcal import _core
 from fastcal.calibration.hand_eye import FEWEST, gross, hand_eye
 from fastcal.calibration.picture_arm import FAR_POSES, meant_by_poses
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.importers.pose_lists import checked, posed, read_pose_list
+from fastcal.importers.pose_lists import read_pose_list
+from fastcal.io.poses import checked, posed
 from fastcal.io.yaml_file import read_yaml
 
 FloatArray = NDArray[np.float64]

@@ -8,6 +8,10 @@
 | .launch.py | ROS 2: a static transform, as MoveIt's calibration writes it |
 | .urdf, .xacro | a link and a fixed joint for a robot description |
 | camera_info.yaml | ROS' camera_info_manager (the lens alone) |
+| _eye_on_hand.yaml, _eye_on_base.yaml | easy_handeye of ROS 1 |
+| transform.yaml | Zivid (mm) |
+| eMc.yaml | ViSP |
+| camchain.yaml | Kalibr (the lens alone) |
 | .yaml, .yml, .xml, .json | OpenCV's FileStorage |
 """
 
@@ -23,11 +27,13 @@ import numpy as np
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
+from fastcal.io.hand_eye_others import easy_handeye, kalibr, visp, zivid
 from fastcal.robot.hand_eye import HandEye
 from fastcal.units import from_si
 
 _PLANE = "plumb_bob", 5  # ROS' name of Brown's model, and its coefficients; with k4 to k6 it is rational_polynomial
-_ENDINGS = (".calib", ".launch.py", ".urdf", ".xacro", "camera_info.yaml", ".yaml", ".yml", ".xml", ".json")
+_YAML = ("camera_info.yaml", "_eye_on_hand.yaml", "_eye_on_base.yaml", "transform.yaml", "emc.yaml", "camchain.yaml")
+_ENDINGS = (".calib", ".launch.py", ".urdf", ".xacro", *_YAML, ".yaml", ".yml", ".xml", ".json")
 
 
 def hand_eye_texts(found: Sequence[HandEye], path: Path) -> dict[Path, str]:
@@ -51,22 +57,17 @@ def check_hand_eye_name(path: Path) -> None:
 
 def _writer(path: Path) -> Callable[[HandEye], str]:
     name = path.name.lower()
-    for ending, write in (
-        (".calib", _easy_handeye2),
-        (".launch.py", _launch),
-        (".urdf", _urdf),
-        (".xacro", _urdf),
-        ("camera_info.yaml", _camera_info),
-        (".yaml", _opencv_yaml),
-        (".yml", _opencv_yaml),
-        (".xml", _opencv_xml),
-        (".json", _opencv_json),
-    ):
+    writers = (
+        *(_easy_handeye2, _launch, _urdf, _urdf, _camera_info, easy_handeye, easy_handeye, zivid, visp, kalibr),
+        *(_opencv_yaml, _opencv_yaml, _opencv_xml, _opencv_json),
+    )
+    for ending, write in zip(_ENDINGS, writers, strict=True):
         if name.endswith(ending):
             return write
     raise InvalidInput(
-        f"{path}: expected a name that ends in .calib (easy_handeye2), .launch.py (MoveIt, ROS 2), .urdf, "
-        "camera_info.yaml, or .yaml, .xml, .json (OpenCV)"
+        f"{path}: expected a name that ends in .calib (easy_handeye2), _eye_on_hand.yaml (easy_handeye), .launch.py "
+        "(MoveIt, ROS 2), .urdf, camera_info.yaml, camchain.yaml (Kalibr), transform.yaml (Zivid), eMc.yaml (ViSP), or "
+        ".yaml, .xml, .json (OpenCV)"
     )
 
 

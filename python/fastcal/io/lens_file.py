@@ -37,7 +37,7 @@ def read_lens(path: Path, camera: str) -> Spec:
     Raises:
         ParseError: It is none of these, or has a model of lens that is not known here.
     """
-    content = _content(path)
+    content = storage(path)
     chain = {name: entry for name, entry in content.items() if isinstance(entry, Mapping) and "intrinsics" in entry}
     if chain:
         name = camera if camera in chain else next(iter(chain))
@@ -69,7 +69,7 @@ def read_target(path: Path) -> Spec:
     Raises:
         ParseError: It is none, or of a kind that is not known here.
     """
-    content = _content(path)
+    content = storage(path)
     kind = content.get("target_type")
     mm = float(from_si(1.0, "mm"))
     try:
@@ -89,7 +89,7 @@ def read_target(path: Path) -> Spec:
     raise ParseError(f"expected target_type aprilgrid, checkerboard or circlegrid, got '{kind!s:.60}'", path)
 
 
-def _content(path: Path) -> Spec:
+def storage(path: Path) -> Spec:
     """A mapping out of YAML; what OpenCV writes differs by its first line and by tags."""
     text = read_text(path)
     if text.startswith("%YAML:"):

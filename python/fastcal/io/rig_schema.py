@@ -14,13 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.io.fields import Fields
+from fastcal.io.hand_eye_read import read_hand_eye
 from fastcal.io.lens_file import read_lens, read_target
+from fastcal.robot.identified_spec import frame_spec
 
 Spec = dict[str, Any]
 
 ARM = "arm"  # the only arm of a robot file
 BOARDS = ("checkerboard", "charuco", "april_grid", "circles", "points")
 LENSES = {"pinhole": 8, "fisheye": 4}  # most coefficients
+_COEFFICIENTS = {"pinhole": 5, "fisheye": 4}  # of a lens that is to be found
 _ZERO = [0.0, 0.0, 0.0]
 _LEAST_SIZE = 16  # pixels a side, of a picture that is one
 _MOST_ROWS = 10**9
@@ -63,12 +66,18 @@ def check_rig(top: Fields, frame: Callable[[Fields, str], str]) -> Spec:
 
 
 def _with_files(fields: Fields, name: str) -> Fields:
-    """The entry with what the files hold that it names: `lens` of a camera, `target` of a board."""
-    for key, read in (("lens", lambda path: read_lens(path, name)), ("target", read_target)):
+    """The entry with what the files hold that it names: `lens` and `place` of a camera, `target` of a board."""
+    readers = (("lens", lambda path: read_lens(path, name)), ("target", read_target), ("place", _read_place))
+    for key, read in readers:
         if fields.has(key):
             file = Path(fields.path).parent / fields.text(key)
             fields = Fields(read(file) | fields.rest(), fields.where, fields.path)
     return fields
+
+
+def _read_place(path: Path) -> Spec:
+    """Where a camera is, as another program found it."""
+    return frame_spec(read_hand_eye(path))
 
 
 def _placement(fields: Fields, frame: Callable[[Fields, str], str]) -> Spec:
@@ -124,16 +133,9 @@ def _camera(fields: Fields) -> Spec:
     size = [fields.checked_number(f"size_px[{i}]", x) for i, x in enumerate(_pair(fields, "size_px"))]
     if any(side != int(side) or side < _LEAST_SIZE for side in size):
         fields.fail("size_px", "width and height in whole pixels", str(size))
-    focal = [fields.checked_number(f"focal_px[{i}]", x) for i, x in enumerate(_pair(fields, "focal_px"))]
-    least, most = (share * max(size) for share in _FOCAL)
-    if any(not least <= f <= most for f in focal):
-        fields.fail(
-            "focal_px", f"focal lengths in pixels, {least:.0f} to {most:.0f} for a picture of this size", str(focal)
-        )
-    centre = [fields.checked_number(f"centre_px[{i}]", x) for i, x in enumerate(_pair(fields, "centre_px"))]
-    if any(not 0 <= c <= side for c, side in zip(centre, size, strict=True)):
-        fields.fail("centre_px", f"a pixel of a picture of {size[0]:.0f} x {size[1]:.0f}", str(centre))
-    distortion = fields.take("distortion", [])
+    is_open = not fields.has("focal_px")
+    focal, centre = _lens_from_pictures(size) if is_open else _lens(fields, size)
+    distortion = fields.take("distortion", [0.0] * _COEFFICIENTS[model] if is_open else [])
     if not isinstance(distortion, list) or len(distortion) > LENSES[model]:
         fields.fail("distortion", f"a list of at most {LENSES[model]} coefficients", distortion)
     return {
@@ -143,8 +145,33 @@ def _camera(fields: Fields) -> Spec:
         "focal_px": focal,
         "centre_px": centre,
         "distortion": fields.checked_vector("distortion", distortion, len(distortion)),
-        "intrinsics": fields.choice("intrinsics", ("known", "identify"), "known"),
+        "intrinsics": _intrinsics(fields, is_open=is_open),
     }
+
+
+def _intrinsics(fields: Fields, *, is_open: bool) -> str:
+    given = fields.choice("intrinsics", ("known", "identify"), "identify" if is_open else "known")
+    if is_open and given == "known":
+        fields.refuse("focal_px", "expected focal lengths where intrinsics are known; leave out both to find the lens")
+    return given
+
+
+def _lens_from_pictures(size: Sequence[float]) -> tuple[list[float], list[float]]:
+    """Focal lengths and centre of a lens that is to be found: what many have."""
+    return [max(size)] * 2, [(side - 1) / 2 for side in size]
+
+
+def _lens(fields: Fields, size: Sequence[float]) -> tuple[list[float], list[float]]:
+    focal = [fields.checked_number(f"focal_px[{i}]", x) for i, x in enumerate(_pair(fields, "focal_px"))]
+    least, most = (share * max(size) for share in _FOCAL)
+    if any(not least <= f <= most for f in focal):
+        fields.fail(
+            "focal_px", f"focal lengths in pixels, {least:.0f} to {most:.0f} for a picture of this size", str(focal)
+        )
+    centre = [fields.checked_number(f"centre_px[{i}]", x) for i, x in enumerate(_pair(fields, "centre_px"))]
+    if any(not 0 <= c <= side for c, side in zip(centre, size, strict=True)):
+        fields.fail("centre_px", f"a pixel of a picture of {size[0]:.0f} x {size[1]:.0f}", str(centre))
+    return focal, centre
 
 
 def _timing_and_sag(fields: Fields) -> Spec:

@@ -151,9 +151,11 @@ def fitted(poses: Poses, q: FloatArray, position: FloatArray, free: Sequence[int
     std = np.zeros(len(zero))
     if len(free):
         weighted = (J * root[:, None, None]).reshape(-1, J.shape[2])
-        size = np.linalg.norm(weighted, axis=0) + _TINY
-        shown = np.linalg.inv((weighted / size).T @ (weighted / size) + _RIDGE * np.eye(len(size)))
-        std[list(free)] = scale / _SCALE * (np.sqrt(np.diag(shown)) / size)[9:]
+        size = np.linalg.norm(weighted, axis=0)
+        alike = weighted / (size + _TINY)
+        deviation = np.sqrt(np.diag(np.linalg.inv(alike.T @ alike + _RIDGE * np.eye(len(size)))))
+        unseen = np.full(len(size), np.inf)  # a joint that moves nothing, as of another arm
+        std[list(free)] = scale / _SCALE * np.divide(deviation, size, out=unseen, where=size > 0)[9:]
     left = (T[:, :3, 3] + T[:, :3, :3] @ tool) @ A.T + b - position
     return Frames(A, b, tool, zero, np.linalg.norm(left, axis=1), std)
 

@@ -23,6 +23,7 @@ MOST_NUMBERS = 4500  # of a posterior, 1500 points; more are drawn from, since i
 LIKELIHOOD_ROWS = 200
 STEPS = 60
 RATE = 0.08
+_BLOCK = 64  # points whose covariances with all others are in memory at once
 
 
 def fit_gaussian_process(
@@ -56,20 +57,26 @@ def fit_gaussian_process(
     return found
 
 
-def covariance(x: torch.Tensor, J: torch.Tensor, numbers: torch.Tensor) -> torch.Tensor:
-    """(k M, k M) of residuals, J (M, k, n), without noise; numbers: a, b, c, l, L, as in `GaussianProcess`, noise."""
+def covariance(x: torch.Tensor, J: torch.Tensor, numbers: torch.Tensor, some: slice = slice(None)) -> torch.Tensor:
+    """(k S, k M) of residuals, J (M, k, n), without noise: those of `some` S points by all.
+
+    numbers: a, b, c, l, L, as in `GaussianProcess`, noise.
+    """
     own, shared, free, alone, together = numbers[:5]
-    squares = 2 * torch.sin((x[:, None, :-1] - x[None, :, :-1]) / 2) ** 2
-    joint = torch.exp(-((x[:, None, -1] - x[None, :, -1]) ** 2 / 2 + squares.sum(dim=2)) / together**2)
+    here = x[some]
+    squares = 2 * torch.sin((here[:, None, :-1] - x[None, :, :-1]) / 2) ** 2
+    joint = torch.exp(-((here[:, None, -1] - x[None, :, -1]) ** 2 / 2 + squares.sum(dim=2)) / together**2)
     K = own**2 * torch.exp(-squares / alone**2) + shared**2 * joint[..., None]
-    blocks = torch.einsum("nai,nmi,mbi->namb", J, K, J)
+    blocks = torch.einsum("nai,nmi,mbi->namb", J[some], K, J)
     blocks = blocks + free**2 * joint[:, None, :, None] * torch.eye(J.shape[1], dtype=x.dtype)[None, :, None, :]
-    out: torch.Tensor = blocks.reshape(J.shape[1] * len(x), -1)
+    out: torch.Tensor = blocks.reshape(J.shape[1] * len(here), -1)
     return out
 
 
 def hyperparameters(x: FloatArray, J: FloatArray, wanted: FloatArray, measured: NDArray[np.bool_]) -> FloatArray:
     """Likeliest a, b, c in units of the residuals, l, L [rad], noise of points and of turns; Adam on the logarithms.
+
+    -log likelihood = y' K^-1 y / 2 + log|K| / 2, with the slope (K^-1 - a a') / 2 by K, a = K^-1 y.
 
     Args:
         x: (M, n + 1) phases and load.
@@ -87,12 +94,14 @@ def hyperparameters(x: FloatArray, J: FloatArray, wanted: FloatArray, measured: 
         numbers = torch.exp(logs)
         noise = (numbers[5:] ** 2 + 1e-6).repeat_interleave(3).repeat(len(x))[used]
         K = covariance(xt, Jt, numbers)[used][:, used] + torch.diag(noise)
-        L = torch.linalg.cholesky(K)
-        half = torch.linalg.solve_triangular(L, y[:, None], upper=False)
-        value = (half**2).sum() / 2 + torch.log(torch.diagonal(L)).sum()
-        if value.item() < least:
-            best, least = logs.detach().clone(), value.item()
-        (slope,) = torch.autograd.grad(value, logs)
+        with torch.no_grad():
+            L = torch.linalg.cholesky(K)
+            alpha = torch.cholesky_solve(y[:, None], L)
+            value = float(y @ alpha[:, 0] / 2 + torch.log(torch.diagonal(L)).sum())
+            by_K = (torch.cholesky_inverse(L) - alpha @ alpha.T) / 2
+        if value < least:
+            best, least = logs.detach().clone(), value
+        (slope,) = torch.autograd.grad(K, logs, by_K)
         with torch.no_grad():
             optimizer.step(logs[None], slope[None])
             logs.clamp_(math.log(1e-3), math.log(30.0))
@@ -104,11 +113,17 @@ def _posterior(
 ) -> GaussianProcess:
     J, measured = problem.J[own], problem.measured[own]
     used = np.flatnonzero(measured.ravel())
+    K = np.empty((measured.size, measured.size))
+    xt, Jt = torch.tensor(x[own]), torch.tensor(J)
     with torch.no_grad():
-        K = covariance(torch.tensor(x[own]), torch.tensor(J), torch.tensor(numbers)).numpy()[np.ix_(used, used)]
+        for at in range(0, len(own), _BLOCK):
+            some = slice(at, at + _BLOCK)
+            K[J.shape[1] * at :][: J.shape[1] * _BLOCK] = covariance(xt, Jt, torch.tensor(numbers), some)
+    K = K if len(used) == len(K) else K[np.ix_(used, used)]
     K[np.diag_indices_from(K)] += np.tile(np.repeat(numbers[5:] ** 2 + 1e-6, 3), len(own))[used]
     alpha = np.zeros(measured.shape)
-    factor = linalg.cho_factor(K, lower=True, overwrite_a=True)
+    # K is symmetric: its transpose is in LAPACK's order and needs no copy.
+    factor = linalg.cho_factor(K.T, lower=True, overwrite_a=True, check_finite=False)
     alpha[measured] = linalg.cho_solve(factor, problem.wanted[own].ravel()[used])
     variances = (numbers[0] ** 2, numbers[1] ** 2, numbers[2] ** 2)
     return GaussianProcess(

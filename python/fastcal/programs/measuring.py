@@ -89,10 +89,21 @@ def write_cycles(language: str, name: str, cycles: Cycles) -> tuple[Document, ..
     Raises:
         InvalidInput: Another number of joints than six, an unknown language, or a name that is no program's.
     """
+    path = named(language, name)
+    check_axes(["revolute"] * cycles.q.shape[1])
+    _, write = LANGUAGES[language]
+    return write(path, cycles)
+
+
+def named(language: str, name: str) -> PurePath:
+    """The file of a program of this name, which may be a path and ends as the language's files do.
+
+    Raises:
+        InvalidInput: An unknown language, or a name that is no program's.
+    """
     if language not in LANGUAGES:
         raise InvalidInput(f"language must be one of {', '.join(LANGUAGES)}, got '{language}'")
-    check_axes(["revolute"] * cycles.q.shape[1])
-    suffix, write = LANGUAGES[language]
+    suffix, _ = LANGUAGES[language]
     path = PurePath(name)
     if path.suffix.lower() != suffix:
         raise InvalidInput(f"{name}: a program in {language} has a name that ends in {suffix}")
@@ -101,10 +112,11 @@ def write_cycles(language: str, name: str, cycles: Cycles) -> tuple[Document, ..
             f"{name}: the program takes its name from the file; expected a letter, then up to 23 letters, digits or "
             f"underscores, got '{path.stem}'"
         )
-    return write(path, cycles)
+    return path
 
 
-def _degrees(q: FloatArray, digits: int) -> list[str]:
+def degrees(q: FloatArray, digits: int) -> list[str]:
+    """Joints [rad] as a program writes them [deg]."""
     return [f"{value + 0.0:.{digits}f}" for value in np.round(np.asarray(from_si(q, "deg")), digits)]
 
 
@@ -112,7 +124,7 @@ def _rapid(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
     lines = [f"MODULE {path.stem}", *(f"  ! {line}" for line in cycles.comment)]
     away = ",".join(["9E9"] * 6)
     for name, q in zip(cycles.names, cycles.q, strict=True):
-        lines.append(f"  CONST jointtarget {name}:=[[{','.join(_degrees(q, 5))}],[{away}]];")
+        lines.append(f"  CONST jointtarget {name}:=[[{','.join(degrees(q, 5))}],[{away}]];")
     lines += ["  PROC main()", f"    VelSet {100 * cycles.speed:g},5000;", "    SingArea \\Off;"]
     for count, stops in cycles.loops:
         body = []
@@ -120,14 +132,14 @@ def _rapid(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
             body += [f'    TPWrite "{stop.pause}";', "    Stop;"] if stop.pause else []
             body.append(f"    MoveAbsJ {cycles.names[stop.target]}\\NoEOffs,v1000,fine,tool0;")
             body += [f"    WaitTime \\InPos,{cycles.dwell_s:g};"] if stop.is_measured else []
-        lines += _looped(body, count, f"    FOR cycle FROM 1 TO {count} DO", "    ENDFOR")
-    return (_document(path, [*lines, "  ENDPROC", "ENDMODULE"]),)
+        lines += looped(body, count, f"    FOR cycle FROM 1 TO {count} DO", "    ENDFOR")
+    return (document(path, [*lines, "  ENDPROC", "ENDMODULE"]),)
 
 
 def _krl(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
     data = [f"DEFDAT {path.stem}"]
     for name, q in zip(cycles.names, cycles.q, strict=True):
-        axes = ",".join(f"A{axis} {value}" for axis, value in enumerate(_degrees(q, 5), start=1))
+        axes = ",".join(f"A{axis} {value}" for axis, value in enumerate(degrees(q, 5), start=1))
         data.append(f"DECL E6AXIS {name}={{{axes},E1 0,E2 0,E3 0,E4 0,E5 0,E6 0}}")
     lines = [f"DEF {path.stem}()", "INT cycle", *(f"; {line}" for line in cycles.comment)]
     lines += ["BAS(#INITMOV,0)", f"BAS(#VEL_PTP,{100 * cycles.speed:g})"]
@@ -137,8 +149,8 @@ def _krl(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
             body += [f"; {stop.pause}", "HALT"] if stop.pause else []
             body.append(f"PTP {cycles.names[stop.target]}")
             body += [f"WAIT SEC {cycles.dwell_s:g}"] if stop.is_measured else []
-        lines += _looped(body, count, f"FOR cycle=1 TO {count}", "ENDFOR")
-    return _document(path, [*lines, "END"]), _document(path.with_suffix(".dat"), [*data, "ENDDAT"])
+        lines += looped(body, count, f"FOR cycle=1 TO {count}", "ENDFOR")
+    return document(path, [*lines, "END"]), document(path.with_suffix(".dat"), [*data, "ENDDAT"])
 
 
 def _fanuc(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
@@ -154,10 +166,10 @@ def _fanuc(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
     lines += [f"{at:4}:{'' if step.startswith('J ') else '  '}{step} ;" for at, step in enumerate(steps, start=1)]
     lines.append("/POS")
     for at, (name, q) in enumerate(zip(cycles.names, cycles.q, strict=True), start=1):
-        joints = [f"J{axis}= {value:>9} deg" for axis, value in enumerate(_degrees(q, 3), start=1)]
+        joints = [f"J{axis}= {value:>9} deg" for axis, value in enumerate(degrees(q, 3), start=1)]
         lines += [f'P[{at}:"{name}"]{{', "   GP1:", "\tUF : 0, UT : 1,"]
         lines += [f"\t{', '.join(joints[:3])},", f"\t{', '.join(joints[3:])}", "};"]
-    return (_document(path, [*lines, "/END"]),)
+    return (document(path, [*lines, "/END"]),)
 
 
 def _urscript(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
@@ -172,18 +184,19 @@ def _urscript(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
             body.append(f"  movej({cycles.names[stop.target]}, {speed})")
             body += [f"  sleep({cycles.dwell_s:g})"] if stop.is_measured else []
         lines += ["  cycle = 0"] if count > 1 else []
-        lines += _looped(
+        lines += looped(
             [*body, *(["  cycle = cycle + 1"] if count > 1 else [])], count, f"  while cycle < {count}:", "  end"
         )
-    return (_document(path, [*lines, "end"]),)
+    return (document(path, [*lines, "end"]),)
 
 
-def _looped(body: Sequence[str], count: int, head: str, tail: str) -> list[str]:
+def looped(body: Sequence[str], count: int, head: str, tail: str) -> list[str]:
     """The lines in a loop, two spaces deeper; as they are where they run once."""
     return [head, *(f"  {line}" for line in body), tail] if count > 1 else list(body)
 
 
-def _document(path: PurePath, lines: Sequence[str]) -> Document:
+def document(path: PurePath, lines: Sequence[str]) -> Document:
+    """The lines as a file of a program."""
     return Document(str(path), "\n".join(lines) + "\n")
 
 

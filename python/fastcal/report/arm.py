@@ -119,10 +119,10 @@ def checked_arm(found: CheckResult) -> tuple[FloatArray, FloatArray, Arm] | None
 
     A joint's contribution is how far its changes move the tool, each as found alone, root of their squares' sum.
     """
-    if found.main.kind.name != POINTS or found.data.position is None:
+    if found.main.kind.name != POINTS:
         return None
     errors = found.main.errors.numbers.reshape(len(found.data), -1)[:, :3]
-    kept = np.flatnonzero(np.isfinite(errors).all(axis=1) & np.isfinite(found.data.position).all(axis=1))
+    kept = np.flatnonzero(np.isfinite(errors).all(axis=1) & np.isfinite(found.data.points).all(axis=1))
     if len(kept) == 0:
         return None
     model, q = found.model, found.data.q[kept]
@@ -137,7 +137,7 @@ def checked_arm(found: CheckResult) -> tuple[FloatArray, FloatArray, Arm] | None
     contributed = np.asarray(from_si(np.sqrt(square), "mm")) if square.any() else None
     labels = [_("row {row}", row=int(row)) for row in kept]
     arm = Arm(points, joints, contributed, [(0, int(row)) for row in kept], labels)
-    return np.asarray(from_si(found.data.position[kept], "mm")), np.asarray(from_si(errors[kept], "mm")), arm
+    return np.asarray(from_si(found.data.points[kept], "mm")), np.asarray(from_si(errors[kept], "mm")), arm
 
 
 def compared_arm(found: Comparison, moved: Sequence[Moved]) -> tuple[FloatArray, FloatArray, Arm]:

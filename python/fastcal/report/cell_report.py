@@ -66,7 +66,7 @@ def write_cell_calibration(found: CellResult, folder: str | os.PathLike[str], *,
 def write_cell_diagnosis(found: CellDiagnosis, folder: str | os.PathLike[str], *, language: str = "en") -> None:
     """Writes model.yaml, diagnosis.json and report.html, all or none, and a folder with each way's own page."""
     for each in found.ways:
-        write_diagnosis(each.found, Path(folder) / each.way.name, language=language)
+        write_diagnosis(each.found, Path(folder) / each.way.folder, language=language)
     with atomic_folder(folder, DIAGNOSIS_FILES) as place:
         write_json(place / "diagnosis.json", found.to_json_dict())
         text = cell_text(found.cell, f"{found.cell.name}, diagnosed by fastcal {fastcal.__version__}")
@@ -378,8 +378,8 @@ def _way_table(ways: Sequence[WayDiagnosis]) -> Table:
                 Cell(_(VERDICTS[each.found.verdict][0])),
                 *(_number(size) for size in (gap.sizes[0], gap.sizes[-1], gap.floor)),
                 Cell(unit_text(gap.unit)),
-                Cell(_("its own page"), link=f"{each.way.name}/report.html"),
+                Cell(_("its own page"), link=f"{each.way.folder}/report.html"),
             ]
         )
-    caption = _("Each way from the world to a target, judged on poses that were held out")
+    caption = _("Each way from what reads to what is read, judged on poses that were held out")
     return Table(caption, columns, [Group(rows)])

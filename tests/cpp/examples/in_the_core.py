@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Runs the tests of an own effect on the package with another core: one that was compiled with the effect's one file.
+"""Runs the tests of an own effect or observation on the package with another core, which has the one file of it.
 
-usage: in_the_core.py MODULE
+usage: in_the_core.py MODULE TEST
 """
 
 import os
@@ -13,10 +13,10 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
-TESTS = ROOT / "tests" / "python" / "diagnosis" / "test_own_effect.py"
+TESTS = ROOT / "tests" / "python"
 
 
-def main(module: Path) -> int:
+def main(module: Path, test: str) -> int:
     with tempfile.TemporaryDirectory() as folder:
         package = Path(folder) / "fastcal"
         package.mkdir()
@@ -24,10 +24,10 @@ def main(module: Path) -> int:
             if path.suffix != ".so" and path.name != "__pycache__":
                 (package / path.name).symlink_to(path)
         (package / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}").symlink_to(module)
-        paths = {"PYTHONPATH": folder, "FASTCAL_OWN_EFFECT": "core"}
-        run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", TESTS]
+        paths = {"PYTHONPATH": folder, "FASTCAL_OWN": "core"}
+        run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", TESTS / test]
         return subprocess.run(run, cwd=ROOT, env=os.environ | paths, check=False).returncode
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1]).resolve()))
+    sys.exit(main(Path(sys.argv[1]).resolve(), sys.argv[2]))

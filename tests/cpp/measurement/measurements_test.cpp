@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -39,6 +40,10 @@ Tables tables(Random& random) {
   out.labels["anchor"] = {Eigen::Vector2i(1, 0), {"a", "b"}};
   out.labels["plane"] = {Eigen::Vector2i(0, -1), {"top"}};
   out.labels["socket"] = {Eigen::Vector2i(0, -1), {"left", "right"}};
+  out.labels["ball"] = {Eigen::Vector2i(1, -1), {"left", "right"}};
+  out.labels["cube"] = {Eigen::Vector2i(1, -1), {"block/z", "block/x", "block/y"}};
+  out.numbers["dial"] = RowMatrixXd::Constant(2, 1, 0.01);
+  out.labels["gauge"] = {Eigen::Vector2i(1, 0), {"a", "b"}};
   return out;
 }
 
@@ -123,6 +128,15 @@ TEST_P(Contract, ItsStartIsExactOnExactReadings) {
   const bool touches = of_->field().empty();
   if (of_->name() == "socket") {
     for (std::size_t i = 0; i < sights.size(); ++i) sights[i][0].p = Eigen::Vector3d(0.1, -0.2, 0.3 + double(i % 2));
+  } else if (of_->name() == "ball") {
+    for (std::size_t i = 0; i < sights.size(); ++i)
+      sights[i][0].p = Eigen::Vector3d(2, -1, 0.5 + double(i % 2)) + 0.05 * random_.unit();
+  } else if (of_->name() == "cube") {
+    const Eigen::Matrix3d axes = random_.rotation();
+    for (std::size_t i = 0; i < sights.size(); ++i) {  // labels in turn: block/z, block/x, block/y
+      const Eigen::Vector3d normal = axes.col(static_cast<Eigen::Index>((i + 2) % 3));
+      sights[i][0].p += (0.4 + 0.1 * double(i % 3) - normal.dot(sights[i][0].p)) * normal;
+    }
   } else if (touches) {
     const Eigen::Vector3d normal = random_.unit();
     for (Sights& at : sights) at[0].p += (0.4 - normal.dot(at[0].p)) * normal;
@@ -160,22 +174,26 @@ TEST_P(Contract, ItsStartIsExactOnExactReadings) {
   for (Eigen::Index i = 0; i < kRows; ++i) EXPECT_LT(residual(observed, start, i).norm(), 1e-9) << of_->name();
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 7));
+INSTANTIATE_TEST_SUITE_P(All, Contract, testing::Range<std::size_t>(0, 10));
 
 TEST(Registry, HasTheseKinds) {
-  EXPECT_EQ(observation_names(),
-            (std::vector<std::string>{"corner", "length", "orientation", "plane", "position", "socket", "tilt"}));
+  EXPECT_EQ(observation_names(), (std::vector<std::string>{"ball", "corner", "cube", "dial", "length", "orientation",
+                                                           "plane", "position", "socket", "tilt"}));
   EXPECT_THROW(observation_entry("smell"), InvalidInput);
+  for (const std::string& name : observation_names()) {  // commands count on it
+    const auto& fields = observation_entry(name).fields;
+    EXPECT_TRUE(std::any_of(fields.begin(), fields.end(), [](const Field& f) { return f.role == FieldRole::kSigma; }));
+  }
   Random random(1);
-  EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 7);  // as many as Contract runs over
+  EXPECT_EQ(Measurements(tables(random), arm()).observation_count(), 10);  // as many as Contract runs over
 }
 
 TEST(Measurements, ThePositionComesFirstAndTheOthersFollow) {
   Random random(1);
   const Measurements measured(tables(random), arm());
   EXPECT_EQ(measured.observations()[0]->name(), "position");
-  EXPECT_EQ(measured.number_count(), 3 + 3 + 1 + 1 + 3 + 2 + 2);
-  EXPECT_EQ(measured.unknown_count(), 6 + 3 + 6 + 3 + 3);
+  EXPECT_EQ(measured.number_count(), 3 + 3 + 1 + 1 + 3 + 2 + 2 + 1 + 1 + 1);
+  EXPECT_EQ(measured.unknown_count(), 6 + 3 + 6 + 3 + 3 + 8 + 6 + 6);
   int number = 0;
   int unknown = 0;
   for (const PlacedObservation& of : measured.observations()) {
@@ -201,6 +219,9 @@ TEST(Measurements, SigmaOfALengthIsThatOfTheFirstCoordinateAndOfASocketTheirMean
     last[measured.observations()[measured.observation_of(c)]->name()] = measured.sigma(0, c);
   EXPECT_EQ(last, (std::map<std::string, double>{{"position", 3},
                                                  {"orientation", 4},
+                                                 {"ball", 1},
+                                                 {"cube", 1},
+                                                 {"dial", 0},
                                                  {"length", 1},
                                                  {"plane", 1},
                                                  {"socket", std::sqrt(14.0) / std::sqrt(3.0)},
@@ -319,6 +340,57 @@ TEST(Plane, HeightIsThatOverThePlane) {
   EXPECT_EQ(measured.parameters()[2].owner, "plane wall");
 }
 
+TEST(Ball, DistanceIsThatOverTheSphere) {
+  const Tables one{1, {}, {{"ball", {Eigen::VectorXi::Zero(1), {"gauge"}}}}};
+  const Measurements measured(one, arm());
+  const Eigen::Vector4d ball(1, 2, 3, 0.4);
+  Comparison out;
+  out.clear();
+  measured.observations()[0]->compare(0, {Pose{{}, {1, 2, 3.5}}, {}}, ball.data(), out);
+  EXPECT_NEAR(out.r[0], 0.1, 1e-15);
+  EXPECT_EQ(measured.parameters()[3].owner, "ball gauge");
+  EXPECT_EQ(measured.parameters()[3].name, "radius");
+}
+
+TEST(Ball, TouchesOnOneCircleFixNone) {
+  const auto missing = [](int count) {
+    const Tables touched{count, {}, {{"ball", {Eigen::VectorXi::Zero(count), {"b"}}}}};
+    std::vector<Sights> sights;
+    for (int i = 0; i < count; ++i) sights.push_back({Pose{{}, {std::cos(0.7 * i), std::sin(0.7 * i), 2}}, {}});
+    Eigen::VectorXd start(4);
+    return Measurements(touched, arm()).observations()[0]->start(sights, start);
+  };
+  EXPECT_EQ(missing(8), "touches of ball b lie on one circle; touch it from above and from all sides");
+  EXPECT_EQ(missing(4), "each ball needs at least five touches");
+}
+
+TEST(Cube, HeightIsThatOverTheFaceOfItsLabel) {
+  const Tables two{2, {}, {{"cube", {Eigen::Vector2i(0, 1), {"block/x", "block/z"}}}}};
+  const Measurements measured(two, arm());
+  Eigen::VectorXd block(6);
+  block << 0, 0, M_PI / 2, 0.7, 0.8, 0.9;  // turned about z: its x is y of the frame
+  Comparison out;
+  out.clear();
+  measured.observations()[0]->compare(0, {Pose{{}, {5, 1, -3}}, {}}, block.data(), out);
+  EXPECT_NEAR(out.r[0], 0.3, 1e-15);
+  out.clear();
+  measured.observations()[0]->compare(1, {Pose{{}, {5, 1, 1}}, {}}, block.data(), out);
+  EXPECT_NEAR(out.r[0], 0.1, 1e-15);
+  ASSERT_EQ(measured.parameters().size(), 6U);  // two labels of one block
+  EXPECT_EQ(measured.parameters()[0].owner, "cube block");
+}
+
+TEST(Dial, ReadsWhatTheToolMovesAlongIt) {
+  Tables one{1, {}, {{"gauge", {Eigen::VectorXi::Zero(1), {"a"}}}}};
+  one.numbers["dial"] = RowMatrixXd::Constant(1, 1, 0.002);
+  const Measurements measured(one, arm());
+  const Eigen::Vector3d along_x(0, M_PI / 2, 0.7);  // z turned about y is x; it reads zero at x = 0.7
+  Comparison out;
+  out.clear();
+  measured.observations()[0]->compare(0, {Pose{{}, {0.703, 5, -3}}, {}}, along_x.data(), out);
+  EXPECT_NEAR(out.r[0], 0.001, 1e-15);
+}
+
 TEST(Inclination, ALinkThatNodsByTenDegreesLiftsItsXAxisByAsMuch) {
   const double angle = 10 * M_PI / 180;
   const Tables one{1, {{"tilt@link2", Eigen::RowVector2d(angle - 1e-6, 0)}}, {}};
@@ -348,7 +420,7 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
   const double inf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refusal([](Tables&) {}), "nothing was refused");
   EXPECT_EQ(refusal([](Tables& t) { t.numbers["position"].setConstant(kNan); }), "nothing was refused");
-  EXPECT_EQ(refusal([](Tables& t) { t.rows = 3; }), "distance must have 3 rows and 1 columns, got 2 and 1");
+  EXPECT_EQ(refusal([](Tables& t) { t.rows = 3; }), "ball must have 3 labels, got 2");
   EXPECT_EQ(refusal([&](Tables& t) { t.numbers["position"](0, 2) = inf; }),
             "position must be finite, or NaN where it was not measured");
   EXPECT_EQ(refusal([](Tables& t) { t.numbers["rotation"].row(0) *= 2; }),
@@ -365,9 +437,14 @@ TEST(Measurements, BadTablesAreRefusedInASentence) {
               t.numbers.clear();
               t.labels.clear();
             }),
-            "nothing was measured; expected corners, lengths, orientations, touches of a plane, positions, touches of "
-            "a socket, "
-            "inclinations");
+            "nothing was measured; expected touches of a ball, corners, touches of a cube, readings of a dial gauge, "
+            "lengths, orientations, touches of a plane, positions, touches of a socket, inclinations");
+  EXPECT_EQ(refusal([](Tables& t) { t.labels["cube"].names[0] = "block"; }),
+            "column 'cube': expected labels such as block/x, block/y and block/z, got 'block'");
+  EXPECT_EQ(refusal([](Tables& t) { t.labels["gauge"].codes[1] = -1; }),
+            "row 1: a reading of a dial needs a label in column 'gauge'");
+  EXPECT_EQ(refusal([](Tables& t) { t.labels.erase("gauge"); }),
+            "readings of a dial gauge need a label in column 'gauge' in every row");
 }
 
 }  // namespace

@@ -117,22 +117,31 @@ def test_no_test_finds_what_one_that_is_told_the_place_does_not() -> None:
     """Of the record: as many are found as there are for a test that is told the place, but for what the search costs;
     the deviations hold."""
     sets = json.loads((ROOT / "bench" / "python" / "bench_compliance.json").read_text())["sets"]
-    assert len(sets) == 100
+    assert [each["seed"] for each in sets] == list(range(1000, 1190))
     found = [each for each in sets if each["found"]]
     sure = [each for each in sets if each["told_power"] >= 0.99]
     inside = [each for each in found if abs(each["off_sigma"]) <= 2]
-    assert len(found) > sum(each["told_power"] for each in sets) - 6
+    assert len(found) > sum(each["told_power"] for each in sets) - 8
     assert all(each["found"] for each in sure)
     assert stats.binomtest(len(inside), len(found), 0.9545).pvalue > 0.05
-    assert sum(len(each["others"]) for each in sets) <= 8  # of 300 at a level of 0.01; more: a chance of 0.4 %
-    page = " ".join((ROOT / "docs" / "commands.md").read_text(encoding="utf-8").split())
+    assert sum(len(each["others"]) for each in sets) <= 12  # of 570 at a level of 0.01; more: a chance of 1 %
     told = sum(each["told_power"] for each in sets)
-    assert f"{len(found)} corners were found; a test that is told the place of the corner would find {told:.1f}" in page
-    both = [each for each in inside if each in sure]
-    assert f"In the {len(sure)} sets" in page
-    assert f"all {len(sure)} were found, {len(both)} within two standard deviations, of all {len(found)} found" in page
+    both = [each["found"] and abs(each["off_sigma"]) <= 2 for each in sure]
+    drawn = sum(len(each["others"]) for each in sets)
+    assert sum(both[:100]) >= 95
+    pages = ["commands", "papers"]
+    commands, papers = (" ".join((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8").split()) for name in pages)
+    for line in (
+        f"Of {len(sets)} simulated sets",
+        f"{len(found)} corners were found; a test that is told the place of the corner would find {told:.1f} on",
+        f"Of the {len(sure)} sets in which such a test finds it in 99 % or more all {len(sure)} were found, "
+        f"{sum(both)} of these within two standard deviations ({sum(both[:100])} of the first 100); of all "
+        f"{len(found)} found {len(inside)}. Of {3 * len(sets)} joints that do not bend {drawn} got a corner.",
+    ):
+        assert line in commands
     assert (
-        f"found {len(inside)}; of 300 joints that do not bend {sum(len(each['others']) for each in sets)} got" in page
+        f"of 100 corners that the rows show, {sum(both[:100])} within two standard deviations, and {drawn} that"
+        in papers
     )
 
 

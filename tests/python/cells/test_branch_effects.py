@@ -50,7 +50,8 @@ def test_an_arm_that_stands_alone_in_a_cell_gives_like_the_arm(tmp_path: Path) -
     cell = load_cell(written(tmp_path, content(arms=arms, targets={"tag": {"on": "right"}}, sensors={})))
     robot = cell.arm("right").robot
     own = [_core.make_effect("joint_compliance", robot.core, f"joint{i}") for i in range(1, 7)]
-    values = np.full(6, 1e-6)
+    own.append(_core.make_effect("link_bending", robot.core, "link2"))
+    values = np.append(np.full(6, 1e-6), 1e-5)
     q = np.random.default_rng(2).uniform(-1, 1, (9, 6))
     alone = _core.ErrorModel(robot.core, own, values)
     there = _core.ErrorModel(cell.core, [_core.on_branch(e, cell.core, "right", robot.core) for e in own], values)

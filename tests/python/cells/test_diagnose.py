@@ -108,7 +108,8 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, None)
     assert found["verdict"] == "none"
     assert found["effects"] == []
-    assert found["ways"]["smr_left"]["joints"][:2] == ["column.joint1", "left.joint1"]
+    assert found["ways"]["smr_left"]["joints"][:2] == ["column.joint1", "right.joint1"]  # whose weight it carries too
+    assert found["ways"]["smr_left"]["joints"][-1] == "left.joint6"
 
 
 def test_what_is_excluded_is_not_given(tmp_path: Path) -> None:
@@ -130,14 +131,14 @@ def test_a_way_is_the_cells_own_chain(tmp_path: Path) -> None:
     poses.write_text("\n".join([head + more, *(f"{row},1,-1,2.5,9,21" for row in rows)]) + "\n", encoding="utf-8")
     ways = ways_of(cell, readings.views)
     names = [names[0] for names in cell.joint_columns]
-    for way, data in zip(ways, way_datasets(poses, ways), strict=True):
+    for way, data in zip(ways, way_datasets(poses, cell, ways, readings), strict=True):
         own = [names.index(f"{arm.name}.q{index + 1}") for arm, index in way.joints]
         assert np.allclose(data.q, readings.q[:, own], atol=1e-9)
         T = np.asarray(cell.model.predict(_core.Samples(readings.q), cell.model.start, of=way.name))
         model = way.robot.error_model
         assert np.allclose(model.predict(_core.Samples(data.q), model.start), T, atol=1e-12)
         assert np.allclose(data.position, readings.tables[f"position@{way.name}"], atol=1e-9)
-    left = way_datasets(poses, ways)[0]
+    left = way_datasets(poses, cell, ways, readings)[0]
     assert left.approach is not None
     assert left.approach[:, [0, 2]].tolist() == [[1, -1]] * 6
     assert left.payload is not None
@@ -166,7 +167,7 @@ def test_what_cannot_be_diagnosed_gets_one_sentence(tmp_path: Path, capsys: pyte
             ["--exclude", "backlash@mid.joint1"],
             "--exclude backlash@mid.joint1: expected an owner such as column.joint1",
         ),
-        (["--corners", str(poses)], "--corners is for one arm"),
+        (["--corners", str(poses)], "holds corners, and the robot file has no cameras or no boards"),
     ):
         assert main([*command, *more]) == 2
         error = capsys.readouterr().err.strip().splitlines()

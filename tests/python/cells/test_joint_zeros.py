@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from fastcal import _core
 from fastcal.calibration.moving_rig import frames_of
@@ -146,3 +147,71 @@ def test_too_few_pictures_are_refused(tmp_path: Path) -> None:
     data = load_seen([tmp_path / "poses.csv"], arm, tmp_path / "corners.csv").select(np.arange(5))
     with pytest.raises(InvalidInput, match="6 or more pictures"):
         joint_zeros(arm, data)
+
+
+TIP = np.array([0.012, -0.02, 0.07])
+
+
+def touched(folder: Path, seed: int, *, noise_deg: float = 0.05, count: int = 12) -> FloatArray:
+    """The URDF and touches as the motors count; the chain's joint positions."""
+    (folder / "four.urdf").write_text(urdf())
+    arm, random = load_robot(folder / "four.urdf"), np.random.default_rng(seed)
+
+    def tip(x: FloatArray) -> FloatArray:
+        F = frames_of(arm, x[np.newaxis], "arm")[0]
+        return np.asarray(F[:3, :3] @ TIP + F[:3, 3])
+
+    q, rows = [], ["j1_deg,j2_deg,j3_deg,j4_deg,socket"]
+    points = [tip(np.array(x)) for x in ([0.0, 0.2, -0.3, 0.1], [0.4, 0.5, -0.1, 0.6], [-0.5, -0.1, 0.2, -0.8])]
+    while len(q) < count:
+        point = points[len(q) % 3]
+        found = least_squares(lambda x, at=point: tip(x) - at, random.uniform(-1, 1, 4) * [1.0, 1.0, 1.0, 2.5])
+        if found.cost < 1e-12 and (np.abs(found.x) < [1.9, 1.7, 1.7, 2.8]).all():
+            q.append(found.x)
+            counts = SIGN * (found.x + np.radians(noise_deg) * random.standard_normal(4) - ZERO)
+            rows.append(",".join(f"{angle:.6f}" for angle in np.degrees(counts)) + f",{'abc'[(len(q) - 1) % 3]}")
+    (folder / "touches.csv").write_text("\n".join(rows) + "\n")
+    return np.array(q)
+
+
+@pytest.mark.parametrize("seed", [21, 22])
+def test_signs_and_zeros_from_a_dozen_touches(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    monkeypatch.setattr("fastcal.cells.joint_zeros.STARTS", 6)
+    touched(tmp_path, seed)
+    words = ["zeros", str(tmp_path / "four.urdf"), str(tmp_path / "touches.csv"), "-o", str(tmp_path / "z")]
+    assert main(words) == 0
+    said = capsys.readouterr()
+    _, content = found_in(tmp_path)
+    joints = content["joints"]
+    assert isinstance(joints, list)
+    # An arm in a plane and its mirror image touch alike, pan and roll turned round: one is chosen, the other told.
+    assert [joint["sign"] for joint in joints][1:3] == SIGN[1:3].tolist()
+    others = content["others"]
+    assert isinstance(others, list)
+    assert SIGN.tolist() in [[joint["sign"] for joint in joints], *(other["sign"] for other in others)]
+    for k in (1, 2):
+        off = joints[k]["zero_deg"] - np.degrees(ZERO[k])
+        assert abs(off) < max(4 * joints[k]["std_deg"], 0.05)
+        assert joints[k]["std_deg"] < 1.0
+    assert "zero not shown by touches: it moves with the base or the tip" in said.out
+    assert "touches are left" in said.out
+
+
+def test_touches_of_other_points_or_too_few_show_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fastcal.cells.joint_zeros.STARTS", 2)
+    touched(tmp_path, 23, count=24)
+    arm = load_robot(tmp_path / "four.urdf")
+    data = load_seen([tmp_path / "touches.csv"], arm, None)
+    wrong = data.select(np.arange(len(data)))
+    wrong.q[:] = np.random.default_rng(0).uniform(-2, 2, wrong.q.shape)
+    with pytest.raises(Undetermined, match="no signs and zeros of the joints fit the touches"):
+        joint_zeros(arm, wrong)
+    with pytest.raises(InvalidInput, match="expected a dozen, of two points or more"):
+        joint_zeros(arm, data.select(np.arange(7)))
+    (tmp_path / "bare.csv").write_text("j1_deg,j2_deg,j3_deg,j4_deg,x_mm,y_mm,z_mm\n1,2,3,4,5,6,7\n2,3,4,5,6,7,8\n")
+    assert main(["zeros", str(tmp_path / "four.urdf"), str(tmp_path / "bare.csv"), "-o", str(tmp_path / "z")]) == 2
+    assert "touches of points (column socket)" in capsys.readouterr().err

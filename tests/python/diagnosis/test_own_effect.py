@@ -31,7 +31,7 @@ from fastcal.report.diagnosis_report import diagnosis_page
 
 SIGMA = 3e-5  # [m]
 ROWS = 140
-IN_CORE = os.environ.get("FASTCAL_OWN_EFFECT") == "core"
+IN_CORE = os.environ.get("FASTCAL_OWN") == "core"
 
 
 def pedestal(states: States) -> NDArray[np.float64]:

@@ -54,9 +54,28 @@ def test_the_page_says_where_the_method_falls_behind_and_what_is_not_shown() -> 
     text = paper_page(made_up())
     assert "error (mm): 0.300 here, 0.100 in the paper. It is softer." in text
     assert 'class="verdict caution"' in text
-    assert "1.50 (0.500 to 2.10)" in text
+    assert "1.50 (0.500\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}2.10)" in text
     assert "<strong>Figure 2</strong> is not shown: it is a &lt;photograph&gt;." in text
     assert "Simulated data" in text
+
+
+def test_a_lead_that_a_world_does_not_show_is_no_lead() -> None:
+    content = made_up()
+    (headline,) = content["headlines"]
+    headline |= {"paper": 0.5, "reached": True}
+    assert 'class="verdict good"' in paper_page(content)
+    assert "of these the ranges over the arms do not overlap" in paper_page(content)
+    headline["best"]["high"] = 0.25
+    assert "on 1 the median of fastcal&#39;s best on the same data is lower, on 0 of these" in paper_page(content)
+    rows = [[name, {"median": 0.3}, {"median": best}] for name, best in (("joints", 0.2), ("point", 0.3))]
+    table = {"number": "Three worlds", "title": "mean", "columns": ["", "paper", "best"], "note": "", "kind": "table"}
+    for row in rows:
+        for cell in row[1:]:
+            cell |= {"low": 0.1, "high": 0.4}  # type: ignore[operator]
+    content["sections"] = [{"title": "Three worlds", "lead": "", "exhibits": [table | {"rows": rows}]}]
+    text = paper_page(content)
+    assert "It leaves less than every other line in 1 of 2 worlds of hidden errors, by the medians." in text
+    assert 'class="verdict caution"' in text
 
 
 def test_a_spread_is_median_least_and_greatest() -> None:

@@ -57,7 +57,7 @@ def so_does_what_changes_with_time_or_temperature() -> None:
         assert grades == ["B", "A"]
 
 
-def place_only(snr: float, effect: str = "gear_harmonic", remains: bool = False, **beside: float) -> bool:
+def place_only(snr: float, effect: str = "gear_harmonic", remains: float | None = None, **beside: float) -> bool:
     others = [(replace(SURE, statistic=s**2), name(2, other)) for other, s in beside.items()]
     return bool(grading.may_be_another(replace(SURE, statistic=snr**2), name(1, effect), others, (), remains))
 
@@ -82,8 +82,10 @@ def beside_a_much_stronger_name_it_needs_the_signal_of_grade_a() -> None:
 @falls_with(GRADE_A_SNR=0.0)
 @falls_with(GRADE_A_SNR_SLOW=0.0)
 def so_it_does_beside_what_remains_and_among_several_over_time() -> None:
-    assert place_only(13.0, remains=True)
-    assert not place_only(16.0, remains=True)
+    assert place_only(13.0, remains=0.0)
+    assert not place_only(16.0, remains=0.0)
+    assert place_only(16.0, remains=20.0)  # of what has no name it may be a part
+    assert not place_only(24.0, remains=20.0)
     assert place_only(30.0, "base_drift", thermal_offset=30.0)
     assert not place_only(30.0, "base_drift", backlash=30.0)
 
@@ -106,7 +108,7 @@ def it_must_come_first_in_four_of_five_parts() -> None:
 @falls_with(GRADE_B_STABILITY=1.1)
 def a_name_that_most_parts_do_not_bear_out_may_be_another() -> None:
     def reasons(others: tuple[object, ...] = (), **changed: object) -> list[Reason]:
-        found = grading.may_be_another(replace(SURE, **changed), name(1), (), others, False)
+        found = grading.may_be_another(replace(SURE, **changed), name(1), (), others, None)
         return [because.reason for because in found]
 
     assert reasons(stability=0.4) == [Reason.UNSTABLE]
@@ -123,7 +125,7 @@ def a_sag_without_masses_is_a_place_and_no_law() -> None:
     assert found == "B"
     assert [because.reason for because in why] == [Reason.WEAK_SIGNAL, Reason.NO_MASSES]
     assert grading.grade(SURE, sag, (), False)[0] == "B"
-    assert [because.reason for because in grading.may_be_another(SURE, sag, (), (), False)] == [Reason.NO_MASSES]
+    assert [because.reason for because in grading.may_be_another(SURE, sag, (), (), None)] == [Reason.NO_MASSES]
 
 
 @falls_with(MAX_PLAUSIBLE_SIZE=0.0)

@@ -110,7 +110,7 @@ def a_step_anywhere_resembles_one_that_is_tried() -> None:
 
 def curves(data: Dataset, load: np.ndarray) -> dict[tuple[str, ...], np.ndarray]:
     loads = np.column_stack([load, load])
-    return {c.depends_on: c.values for c in generic.joint_curves(data, loads, [True, True])[0]}
+    return {c.depends_on: c.values for c in generic.joint_curves(data, loads, {0: True, 1: True})[0]}
 
 
 @falls_with(CURVE_ORDERS=2)

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Ranges over the arms, counts and steps that docs/papers.md gives are those of the committed results."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fastcal.io.results import read_json
+
+ROOT = Path(__file__).parents[3]
+
+
+def kept(name: str) -> dict[str, Any]:
+    return read_json(ROOT / "bench" / "papers" / f"{name}.json")
+
+
+def unwrapped(file: str) -> str:
+    """The text of a page, whatever its line breaks."""
+    return " ".join((ROOT / file).read_text(encoding="utf-8").split())
+
+
+def table_of(study: str, title: str) -> dict[str, Any]:
+    """A kept table by its title."""
+    exhibits = [exhibit for section in kept(study)["sections"] for exhibit in section["exhibits"]]
+    (table,) = [exhibit for exhibit in exhibits if exhibit["kind"] == "table" and exhibit["title"] == title]
+    return table
+
+
+def cell_of(study: str, title: str, row: str, column: str) -> Any:
+    """A cell of a kept table as it is: a median with the range over the arms, or a number."""
+    table = table_of(study, title)
+    (cells,) = [cells for cells in table["rows"] if cells[0] == row]
+    return cells[table["columns"].index(column)]
+
+
+def test_the_ranges_over_the_arms_are_the_kept_ones() -> None:
+    text = unwrapped("docs/papers.md")
+    ratios, searches = "reduction and coupling ratios", "searches on the Michalewicz function"
+    coupling = cell_of("siasun_sr210d", ratios, "h65", "found")
+    hidden = cell_of("siasun_sr210d", ratios, "h65", "hidden (printed)")
+    assert f"the coupling ({coupling['low']:.4f} to {coupling['high']:.4f}, hidden is {hidden:.5f})" in text
+    reached = {name: cell_of("siasun_sr210d", searches, name, "reached, % of the starts") for name in ("BSO", "PSO")}
+    reached |= {name: cell_of("siasun_sr210d", searches, name, "reached, % of the starts") for name in ("GA", "ABC")}
+    assert all(reached[name]["low"] == 100 for name in ("PSO", "GA", "ABC"))
+    assert f"reach it in all, BSO in {reached['BSO']['low']:.0f} to {reached['BSO']['high']:.0f} % an arm" in text
+    rigid = table_of("kuka_kr500", "identified parameters, medians of the arms")
+    (joint6,) = [row for row in rigid["rows"] if row[0] == "joint6 compliance (nrad/N m)"]
+    assert (joint6[-1], kept("kuka_kr500")["arms"]) == (10, 10)
+    assert "joint 6 ends rigid on ten of ten arms" in text
+    counts = kept("pmc6va030")["headlines"]
+    assert counts[0]["measure"].startswith("geometry without load, 161 to 168 configurations")
+    assert counts[1]["measure"].startswith("SOMM-ANN, 810 to 840 rows not trained on")
+    assert (
+        "161 to 168 configurations an arm are in reach of one posture (the paper has 168), and so 810 to 840 rows"
+        in text
+    )
+
+
+def test_the_steps_and_corners_of_single_arms_are_the_kept_ones() -> None:
+    text = unwrapped("docs/papers.md")
+    charts = [e for s in kept("spray_7dof")["sections"] for e in s["exhibits"] if e["kind"] == "chart"]
+    (first,) = [e for e in charts if e.get("title") == "the same with the redundant errors kept"]
+    steps = first["series"][0]["y"]
+    assert f"the first step with gravity is {min(steps):.0f} to {max(steps):,.0f} m or rad" in text
+    (curves,) = [e for e in charts if e.get("title") == "what is left of the 150 poses, the first arm"]
+    assert "4 steps with gravity, 3 without it, 14 to 19 with the redundant errors damped" in curves["note"]
+    assert "after four steps with gravity and after three without" in text
+    assert "it takes 14 to 19 steps and leaves" in text
+    note = table_of("staubli_rx160l", "compliance by payload pairs, medians of the arms")["note"]
+    assert "joint 2's at 9.4 to 127.6 N m (hidden 118.2)" in note
+    assert "hidden at 118, but at 9.4 to 127.6 N m on single arms" in text
+
+
+@pytest.mark.parametrize(
+    ("sigma_mm", "line"),
+    [
+        (0.02, "The tracker's noise has a mean of {} mm. The effect was added"),
+        (0.02, "The tracker's noise alone is {} mm. Behind each of"),
+        (0.03, "The tracker's noise alone has a mean of {} mm. That fastcal's fits"),
+        (0.01, "The tracker's noise alone has a mean of {} mm. Of the plain networks"),
+    ],
+)
+def test_the_mean_of_the_tracker_s_noise(sigma_mm: float, line: str) -> None:
+    """A length of three equal normal coordinates has the mean 2 sqrt(2 / pi) sigma."""
+    assert line.format(f"{2 * (2 / math.pi) ** 0.5 * sigma_mm:.3f}") in unwrapped("docs/papers.md")
