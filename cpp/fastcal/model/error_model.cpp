@@ -136,7 +136,7 @@ const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<
 Pose RowEvaluator::jacobian(const State& state, const View& view,
                             Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
   columns(state);
-  const Pose out = seen(view, frames_);
+  Pose out = seen(view, frames_);
   J.setZero();
   if (view.target != kWorldFrame) motion(view.target, J);
   if (view.sensor == kWorldFrame) return out;
