@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""bench/build_time, and that a build folder keeps its commands when ccache comes later."""
+"""bench/build_time, what is compiled once, and that a build folder keeps its commands when ccache comes later."""
 
 import json
 import os
+import re
 import runpy
 import shutil
 import subprocess
@@ -50,6 +51,22 @@ def test_the_clock_notes_output_and_cpu_time_and_passes_the_status_on(tmp_path: 
     made, seconds = json.loads(log.read_text(encoding="utf-8"))
     assert made == "a.o"
     assert 0.2 <= seconds < 2
+
+
+DECOMPOSITION = re.compile(r"(\w*(?:QR|SVD|LU|LLT|LDLT|EigenSolver))<(?:Eigen::)?MatrixXd")
+
+
+def test_decompositions_of_any_size_are_compiled_once() -> None:
+    """Where the header that says so is missing, a file compiles them anew: 5 to 10 s of it."""
+    seen = set()
+    for path in sorted((ROOT / "cpp" / "fastcal").rglob("*.cpp")):
+        text = path.read_text(encoding="utf-8")
+        for name in DECOMPOSITION.findall(text):
+            header = "pivoted_lu.hpp" if name == "FullPivLU" else "decompositions.hpp"
+            assert path.stem == header[:-4] or f'#include "fastcal/math/{header}"' in text, f"{path}: {name}"
+            seen.add(name)
+        assert "fullPivLu()" not in text, f"{path}: FullPivLU and solve() of pivoted_lu.hpp"
+    assert {"FullPivLU", "LLT", "JacobiSVD"} <= seen
 
 
 @pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("ninja") is None, reason="needs cmake and ninja")

@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/ik/bounded_step.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
+#include <Eigen/Householder>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
+#include "fastcal/math/pivoted_lu.hpp"
 #include "fastcal/math/se3.hpp"
 #include "fastcal/robot/assembly.hpp"
 
@@ -31,7 +32,7 @@ void follow_loops(const Chain& chain, std::span<const Pose> T_world_frame,
     passive.col(p) = by.col(joint);
     of_passive.col(p) = J.col(joint);
   }
-  J -= of_passive * passive.fullPivLu().solve(by);
+  J -= of_passive * solve(Eigen::FullPivLU<Eigen::MatrixXd>(passive), by);
   for (const int joint : chain.passive) J.col(joint).setZero();
 }
 
@@ -72,6 +73,56 @@ namespace {
 
 constexpr int kMostRows = kMaxIkJoints + 6;
 
+/// Q R of a matrix of few columns by Householder's reflections one after the other, as Eigen's HouseholderQR makes it
+/// of so few: that compiles its blocks for each type as well, which takes longer than all the rest of this file.
+template <typename Matrix>
+class SmallQr {
+ public:
+  explicit SmallQr(Matrix matrix) : qr_(std::move(matrix)) {
+    Row work(qr_.cols());
+    scale_.resize(qr_.cols());
+    for (Eigen::Index k = 0; k < qr_.cols(); ++k) {
+      double beta = 0;
+      qr_.col(k).tail(qr_.rows() - k).makeHouseholderInPlace(scale_[k], beta);
+      qr_(k, k) = beta;
+      qr_.bottomRightCorner(qr_.rows() - k, qr_.cols() - k - 1)
+          .applyHouseholderOnTheLeft(qr_.col(k).tail(qr_.rows() - k - 1), scale_[k], work.data() + k + 1);
+    }
+  }
+
+  /// R^-1 b, and R^-T b.
+  template <typename Vector>
+  Vector solved(const Vector& b) const {
+    return qr_.topRows(qr_.cols()).template triangularView<Eigen::Upper>().solve(b);
+  }
+  template <typename Vector>
+  Vector solved_transposed(const Vector& b) const {
+    return qr_.topRows(qr_.cols()).transpose().template triangularView<Eigen::Lower>().solve(b);
+  }
+
+  /// z (rows) becomes Q z, or Q^T z.
+  template <typename Vector>
+  void turn(Vector& z) const {
+    for (Eigen::Index k = qr_.cols() - 1; k >= 0; --k) reflect(z, k);
+  }
+  template <typename Vector>
+  void turn_back(Vector& z) const {
+    for (Eigen::Index k = 0; k < qr_.cols(); ++k) reflect(z, k);
+  }
+
+ private:
+  using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxIkJoints>;
+
+  template <typename Vector>
+  void reflect(Vector& z, Eigen::Index k) const {
+    double work = 0;
+    z.tail(qr_.rows() - k).applyHouseholderOnTheLeft(qr_.col(k).tail(qr_.rows() - k - 1), scale_[k], &work);
+  }
+
+  Matrix qr_;
+  Row scale_;
+};
+
 /// By orthogonal triangles, since the squares in J J^T drown the direction in which a nearly singular arm still moves.
 /// Of two ways the one whose matrix has full rank: with six joints and more the shortest (dq, s) with
 /// J dq + sqrt(damping) s = e, with fewer the least squares of [J; sqrt(damping) 1] dq = [e; 0].
@@ -82,11 +133,11 @@ JointVector damped_step(const ToolJacobian& J, const Vector6d& e, double damping
     Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostRows, 6> B(n + 6, 6);
     B.topRows(n) = J.transpose();
     B.bottomRows<6>() = root * Matrix6d::Identity();
-    const Eigen::HouseholderQR<decltype(B)> qr(B);
+    const SmallQr<decltype(B)> qr(B);
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRows, 1> z(n + 6);
     z.setZero();
-    z.head<6>() = qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>().transpose().solve(e);
-    z.applyOnTheLeft(qr.householderQ());
+    z.head<6>() = qr.solved_transposed(e);
+    qr.turn(z);
     return z.head(n);
   }
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRows, kMaxIkJoints> B(n + 6, n);
@@ -94,7 +145,9 @@ JointVector damped_step(const ToolJacobian& J, const Vector6d& e, double damping
   B.bottomRows(n) = root * Eigen::MatrixXd::Identity(n, n);
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRows, 1> rhs(n + 6);
   rhs << e, Eigen::VectorXd::Zero(n);
-  return B.householderQr().solve(rhs);
+  const SmallQr<decltype(B)> qr(B);
+  qr.turn_back(rhs);
+  return qr.solved(JointVector(rhs.head(n)));
 }
 
 }  // namespace

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/model/error_model.hpp"
 
-#include <Eigen/LU>
 #include <utility>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/pivoted_lu.hpp"
 #include "fastcal/math/se3.hpp"
 
 namespace fastcal {
@@ -136,7 +136,7 @@ const Pose& RowEvaluator::jacobian(const State& state, Eigen::Ref<Eigen::Matrix<
 Pose RowEvaluator::jacobian(const State& state, const View& view,
                             Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) {
   columns(state);
-  const Pose out = seen(view, frames_);
+  Pose out = seen(view, frames_);
   J.setZero();
   if (view.target != kWorldFrame) motion(view.target, J);
   if (view.sensor == kWorldFrame) return out;
@@ -178,7 +178,7 @@ void RowEvaluator::follow_loops() {
       }
     }
   }
-  passive_ = -assembler_->by_passive().fullPivLu().solve(by_parameter);
+  passive_ = -solve(Eigen::FullPivLU<Eigen::MatrixXd>(assembler_->by_passive()), by_parameter);
 }
 
 void RowEvaluator::motion(int of, Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> J) const {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/model/loop_block.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "fastcal/math/pivoted_lu.hpp"
 #include "fastcal/model/gathered_twists.hpp"
 
 namespace fastcal {
@@ -119,8 +119,7 @@ void LoopBlock::eliminate(int count, int numbers, double* block, int ld, double*
     for (int n = 0; n < numbers; ++n) {
       for (int p = 0; p < m; ++p) seen(n, p) = block[static_cast<Eigen::Index>(count + p) * ld + n * stride_ + i];
     }
-    const Eigen::FullPivLU<Eigen::MatrixXd> lu(C);
-    const Eigen::MatrixXd moved = seen * lu.solve(by);
+    const Eigen::MatrixXd moved = seen * solve(Eigen::FullPivLU<Eigen::MatrixXd>(C), by);
     for (int c = 0; c < count; ++c) {
       for (int n = 0; n < numbers; ++n) block[static_cast<Eigen::Index>(c) * ld + n * stride_ + i] -= moved(n, c);
     }

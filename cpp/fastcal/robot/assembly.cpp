@@ -2,13 +2,12 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/robot/assembly.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "fastcal/math/check.hpp"
+#include "fastcal/math/decompositions.hpp"
+#include "fastcal/math/pivoted_lu.hpp"
 
 namespace fastcal {
 namespace {
@@ -31,11 +30,10 @@ constexpr double kDamping = 1e-8;  // where no equation says where a joint goes
 
 Eigen::VectorXd newton_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e) {
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(J);
-  if (lu.isInvertible()) return -lu.solve(e);
+  if (lu.isInvertible()) return -solve(lu, e);
   const Eigen::MatrixXd A = J.transpose() * J;
-  return -(A + kDamping * (1 + A.trace()) * Eigen::MatrixXd::Identity(A.rows(), A.cols()))
-              .ldlt()
-              .solve(J.transpose() * e);
+  const Eigen::MatrixXd damped = A + kDamping * (1 + A.trace()) * Eigen::MatrixXd::Identity(A.rows(), A.cols());
+  return -solve(Eigen::LDLT<Eigen::MatrixXd>(damped), J.transpose() * e);
 }
 
 }  // namespace

@@ -6,9 +6,9 @@
 // (virtual work), tau_p the load about a passive joint of all that hangs beyond it in the open tree. f_r acts with
 // f_r d e_r / d [v; w] on the frames that the equation joins, and goes down the tree from there; an equation between
 // turns of joints is a torque of these joints alone. A rod's pull is -f_r: it pulls its ends together.
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "fastcal/math/pivoted_lu.hpp"
 #include "fastcal/robot/statics.hpp"
 
 namespace fastcal {
@@ -26,7 +26,7 @@ void add_forces(const Chain& chain, const Assembler& loops, double* load) {
   for (std::size_t p = 0; p < chain.passive.size(); ++p)
     tau[static_cast<Eigen::Index>(p)] = load[part(chain.passive[p])];
   if (tau.isZero(0)) return;
-  const Eigen::VectorXd force = -loops.by_passive().transpose().fullPivLu().solve(tau);
+  const Eigen::VectorXd force = -solve(Eigen::FullPivLU<Eigen::MatrixXd>(loops.by_passive().transpose()), tau);
   for (std::size_t r = 0; r < loops.rows().size(); ++r) {
     const LoopRow& row = loops.rows()[r];
     const double f = force[static_cast<Eigen::Index>(r)];

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.repeatability import posture_groups
-from fastcal.diagnosis import rules, unexplained
+from fastcal.diagnosis import rules, sensitivity, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import fit
@@ -261,7 +261,8 @@ def _known(rivals: Rivals, state: SearchNode, entries: list[Spec], problem: Prob
 def _additions(rivals: Rivals, *, curved: bool) -> Iterator[list[Spec]]:
     """What is added to the geometry: compliances, sags, curves of all joints, compliances and curves."""
     start = rivals.search.start
-    yields = _of_all_joints(rivals.search.problem, is_sag=False)
+    barely = sensitivity.barely_shown(start)
+    yields = [e for e in _of_all_joints(rivals.search.problem, is_sag=False) if (e["effect"], e["owner"]) not in barely]
     sags = with_curvatures(start.fit, _of_all_joints(rivals.search.problem, is_sag=True))
     with_curves = rivals.with_profiles(start, rivals.every) if curved else None
     curves = [] if with_curves is None else with_curves.profiles

@@ -41,6 +41,24 @@ def untestable(search: Search, library: Library) -> list[Untestable]:
     ]
 
 
+def barely_shown(state: SearchNode) -> set[Key]:
+    """Names of one number that moves all rows together by less than one standard deviation at a size that no arm has.
+
+    So an axis that only a centre of mass beside it loads: its number is what noise makes of it, a thousand sizes.
+    """
+    found = state.blocks
+    length = np.asarray(found.tests.length)
+    first = np.concatenate([[0], np.cumsum(found.sizes)])
+    core = state.fit.problem.start.model.robot
+    out: set[Key] = set()
+    for i, name in enumerate(found.names):
+        if found.sizes[i] == 1:
+            (effect,) = build_effects([name.entry], core)
+            if rules.MAX_PLAUSIBLE_SIZE * effect.parameters[0].sigma * length[first[i]] < 1.0:
+                out.add(name.key)
+    return out
+
+
 def smallest(state: SearchNode) -> list[DetectableEffect]:
     """For each parameter of each name the size that would be found four times in five, alone, in these data.
 
