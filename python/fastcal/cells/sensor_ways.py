@@ -138,8 +138,9 @@ class SensorWay(Way):
         return [(step.arm, joint) for step in self.steps for joint in step.joints]
 
     def owner(self, name: str) -> str:
-        """As of any way; the base is what the sensor stands at."""
-        return self.sensor.name if name == "base" else super().owner(name)
+        """As of any way; the base is the sensor, the tool the target."""
+        ends = {"base": self.sensor.name, "tool": self.target.name}
+        return ends[name] if name in ends else super().owner(name)
 
     @cached_property
     def robot(self) -> Robot:

@@ -100,6 +100,7 @@ def test_a_way_from_a_sensor_is_the_trees_own_chain(tmp_path: Path) -> None:
     ways = [way for way in seen_ways(cell, readings) if isinstance(way, SensorWay)]
     assert len(ways) == len(views) - 2  # no joint lies between the world and the left arm's base
     names = [titles[0] for titles in cell.joint_columns]
+    assert [ways[0].owner(end) for end in ("base", "tool")] == [ways[0].sensor.name, ways[0].target.name]
     for way in ways:
         own = [names.index(f"{arm.name}.q{index + 1}") for arm, index in way.joints]
         model = way.robot.error_model
