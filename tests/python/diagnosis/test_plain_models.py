@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from fastcal import Robot, calibrate, load_robot, perturbed, random_poses, simulate
-from fastcal.diagnosis import Diagnosis, diagnose, plain_models
+from fastcal.diagnosis import Diagnosis, diagnose, plain_models, sensitivity
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_arm import arm_size, holding
 from fastcal.diagnosis.held_out import HeldOut
@@ -320,3 +320,21 @@ def test_names_of_few_rows_must_lead_the_arm_held_near_nominal(
 def _fit_of(size: float) -> SimpleNamespace:
     start = SimpleNamespace(robot=SimpleNamespace(joint_count=6))
     return SimpleNamespace(problem=SimpleNamespace(arm_size=size, is_plain=False, start=start))
+
+
+def test_a_joint_that_its_load_barely_moves_is_not_made_to_yield() -> None:
+    """A last axis that a centre of mass beside it by a micrometre loads: noise would make it a thousand times soft."""
+    spec = copy.deepcopy(load_robot("staubli_rx160l").spec)
+    for place, com in ((4, [0.0, 0.0, 20.0]), (5, [0.001, 0.0, 30.0])):
+        spec["joints"][place]["link"] = {"mass_kg": 3.0, "com_mm": com}
+    robot = Robot(spec)
+    q = random_poses(robot, 60, seed=4)
+    data = simulate(perturbed(robot, seed=5), Dataset.from_arrays(q, robot=robot), noise=NOISE, seed=4)
+    names = build_library(robot, data).names
+    search = Search(prepared_problem(robot, data, names, Noise((NOISE, 1e-4, NOISE)), 1))
+    barely = sensitivity.barely_shown(search.start)
+    assert ("joint_compliance", "joint6") in barely
+    assert ("joint_compliance", "joint2") not in barely
+    (yields, *_) = plain_models._additions(Rivals(search), curved=False)
+    assert {e["owner"] for e in yields} >= {"joint2", "joint3"}
+    assert "joint6" not in {e["owner"] for e in yields}
