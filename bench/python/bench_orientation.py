@@ -102,7 +102,7 @@ def main() -> None:
             (a, b), (c, d) = run[part]["model"], run[part]["network"]
             print(f"  {part}: {a:.4f} mm and {b:.4f} deg, {c:.4f} mm and {d:.4f} deg with the network")
     if given.o is not None:
-        given.o.write_text(json.dumps(runs, indent=1) + "\n")
+        given.o.write_text(json.dumps({"runs": runs}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -33,7 +33,6 @@ def photograph(page: Path, name: str, height: int, top: int = 0) -> None:
         shot = Path(folder) / "shot.png"
         size = f"--window-size={WIDTH},{top + height}"
         flags = ["--headless=new", "--no-sandbox", "--hide-scrollbars", "--virtual-time-budget=8000", size]
-        flags += ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # WebGL without a graphics card
         arguments = [chromium, *flags, f"--screenshot={shot}", page.as_uri()]
         for left in (2, 1, 0):  # on a busy machine Chromium sometimes never ends
             try:

@@ -72,7 +72,7 @@ ON_PHONE = """<script>
 class Browser:
     """Runs a page in headless Chromium in a fresh profile."""
 
-    software_gl, no_gl = SOFTWARE_GL, NO_GL
+    no_gl = NO_GL
 
     def __init__(self, command: str, folder: Path) -> None:
         self.command, self.folder = command, folder

@@ -3,5 +3,5 @@
 "use strict";
 
 const Plotly = require("plotly.js/lib/core");
-Plotly.register([require("plotly.js/lib/bar"), require("plotly.js/lib/heatmap"), require("plotly.js/lib/scatter3d")]);
+Plotly.register([require("plotly.js/lib/bar"), require("plotly.js/lib/heatmap")]);
 module.exports = Plotly;

@@ -13,6 +13,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.plausibility import plausible
 from fastcal.robot.robot import Robot
+from fastcal.said import said
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -90,10 +91,12 @@ def _far_points(robot: Robot, fit: Evaluation) -> str | None:
     median = float(np.median(known)) if len(known) else 0.0
     if median <= limit:
         return None
-    miss, reach = (f"{from_si(length, 'mm'):.4g} mm" for length in (median, robot.reach))
-    return (
-        f"the points do not fit this robot: even when calibrated it misses half of them by more than {miss}, with a "
-        f"reach of {reach}; is it the right robot, with its joints in order and every point in the row of its pose?"
+    return said(
+        "the points do not fit this robot: even when calibrated it misses half of them by more than {miss:.4g} mm, "
+        "with a reach of {reach:.4g} mm; is it the right robot, with its joints in order and every point in the row "
+        "of its pose?",
+        miss=float(from_si(median, "mm")),
+        reach=float(from_si(robot.reach, "mm")),
     )
 
 
@@ -102,10 +105,11 @@ def _far_orientations(fit: Evaluation) -> str | None:
     median = float(np.median(known)) if len(known) else 0.0
     if median <= BAD_TURN:
         return None
-    return (
-        f"the orientations do not fit this robot: even when calibrated it misses half of them by more than "
-        f"{from_si(median, 'deg'):.3g} deg; are they of this target, in the frame of the points, by the convention "
-        f"that was named, and every one in the row of its pose?"
+    return said(
+        "the orientations do not fit this robot: even when calibrated it misses half of them by more than {miss:.3g} "
+        "deg; are they of this target, in the frame of the points, by the convention that was named, and every one in "
+        "the row of its pose?",
+        miss=float(from_si(median, "deg")),
     )
 
 
@@ -118,10 +122,12 @@ def _far_corners(robot: Robot, fit: Evaluation) -> str | None:
     width = max(float(camera["size_px"][0]) for camera in robot.description.cameras.values())
     if median <= BAD_PICTURE * width:
         return None
-    return (
-        f"the pictures do not fit this robot: even when calibrated it misses half of the corners by more than "
-        f"{median:.3g} px in pictures {width:.0f} px wide; is every picture in the row of its posture, are board, lens "
-        "and arm those of the files, the joints in their order?"
+    return said(
+        "the pictures do not fit this robot: even when calibrated it misses half of the corners by more than "
+        "{miss:.3g} px in pictures {width:.0f} px wide; is every picture in the row of its posture, are board, lens "
+        "and arm those of the files, the joints in their order?",
+        miss=median,
+        width=width,
     )
 
 

@@ -61,7 +61,7 @@ def started_lenses(rig: Seeing, tables: Mapping[str, FloatArray]) -> tuple[dict[
         tables: CORNERS (N, 2 K) [px].
     """
     out: dict[str, Spec] = {}
-    notes = []
+    notes: list[str] = []
     if CORNERS not in tables:
         return out, notes
     for name, camera in rig.cameras.items():
@@ -174,8 +174,8 @@ def _refined(camera: Spec, placed: Sequence[Placed], side: float) -> Spec:
             g += left.T @ r
         by = -np.linalg.solve(N + damping * np.diag(np.diag(N)), g)
         tried = lens + scale * by
-        moves = [-np.linalg.lstsq(B, r + A @ by, rcond=None)[0] for A, B, r in parts]
-        there = [moved(T, move) for T, move in zip(poses, moves, strict=True)]
+        moves = [np.linalg.lstsq(B, -r - A @ by, rcond=None)[0] for A, B, r in parts]
+        there = [moved(T, np.asarray(move, dtype=np.float64)) for T, move in zip(poses, moves, strict=True)]
         now = _cost(camera, tried, placed, there) + float(held(tried) @ held(tried))
         if not now < cost:
             damping *= 10

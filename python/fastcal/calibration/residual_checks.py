@@ -22,6 +22,7 @@ from fastcal.calibration.shifted_rows import Shift, find_shift
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.kinds import POINTS, Kind, in_order
 from fastcal.measurements.observations import without_measured
+from fastcal.said import said
 
 FloatArray = NDArray[np.float64]
 
@@ -169,21 +170,43 @@ def _readings_a_row(near: Residuals, kind: Kind) -> float:
 def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
     """The sentence for parts of `count` rows that moved, by a size of that kind; `is_used`: all rows are used."""
     moved = _elsewhere(shift, kind)
-    cause = "the tracker, the base or the target moved"
     several = len(shift.firsts) > 1
-    labels = f"give the {'' if several else 'two '}parts different `station` or `mount` labels"
     if is_used:
-        return f"{moved}: {cause}; {labels}"
+        labels = (
+            said("give the parts different `station` or `mount` labels")
+            if several
+            else said("give the two parts different `station` or `mount` labels")
+        )
+        return said("{moved}: the tracker, the base or the target moved; {labels}", moved=moved, labels=labels)
+    labels = (
+        said("give the parts different `station` or `mount` labels to use all")
+        if several
+        else said("give the two parts different `station` or `mount` labels to use both")
+    )
     kept = shift.kept(count)
-    all_of_them = "all" if several else "both"
-    return f"{moved}: {cause}. Only rows {kept[0]} to {kept[-1]} are used; {labels} to use {all_of_them}"
+    return said(
+        "{moved}: the tracker, the base or the target moved. Only rows {first} to {last} are used; {labels}",
+        moved=moved,
+        first=int(kept[0]),
+        last=int(kept[-1]),
+        labels=labels,
+    )
 
 
 def _elsewhere(shift: Shift, kind: Kind) -> str:
-    what = "points lie elsewhere" if kind.name == POINTS else f"{kind.plural} are others"
+    what = (
+        said("the points lie elsewhere")
+        if kind.name == POINTS
+        else said("the {kind} are others", kind=said(kind.plural))
+    )
     *most, last = shift.firsts
-    where = f"rows {', '.join(map(str, most))} and {last} on, each time again," if most else f"row {last} on"
-    return f"from {where} the {what}, by {kind.shown(shift.size):.3g} {kind.unit}"
+    where = (
+        said("from rows {most} and {last} on, each time again,", most=", ".join(map(str, most)), last=last)
+        if most
+        else said("from row {last} on", last=last)
+    )
+    by = float(kind.shown(shift.size))
+    return said("{where} {what}, by {by:.3g} {unit}", where=where, what=what, by=by, unit=kind.unit)
 
 
 def condition_note(shift: Shift, kind: Kind, word: Word, effect: Explained) -> str:

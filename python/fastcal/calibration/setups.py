@@ -24,6 +24,7 @@ from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import with_frames
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
+from fastcal.said import said
 from fastcal.units import from_si
 
 FAR = 3.0  # times the error of set-ups of their own: where one base and tool for all leave that, they are not one
@@ -88,14 +89,17 @@ def added_setups(start: Robot, robot: Robot, effects: str | Sequence[str]) -> li
     """A sentence for each effect that `with_setups` added to what was asked for."""
     there = robot.entries
     asked = {entry["effect"] for entry in [*there, *parse_effects(effects, robot.core, there)[1]]}
-    out = []
+    out: list[str] = []
     for entry in start.entries:
         if entry["effect"] in ("station_offset", "tool_shift") and entry["effect"] not in asked:
-            option, what = ("stations", "a base") if entry["effect"] == "station_offset" else ("mounts", "a tool point")
-            listed = ", ".join(entry[option])
-            out.append(
-                f"{option} {listed}: each has {what} of its own ({entry['effect']}), as one does not fit all rows"
+            is_station = entry["effect"] == "station_offset"
+            listed = ", ".join(entry["stations" if is_station else "mounts"])
+            of = (
+                said("stations {listed}: each has a base of its own", listed=listed)
+                if is_station
+                else said("mounts {listed}: each has a tool point of its own", listed=listed)
             )
+            out.append(said("{of} ({effect}), as one does not fit all rows", of=of, effect=entry["effect"]))
     return out
 
 

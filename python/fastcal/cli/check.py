@@ -102,7 +102,7 @@ def check(
     if not data:
         raise InvalidInput("expected DATA, the measured poses, or --plan N")
     if corners is not None:
-        _check_pictures(robot, data, corners, output, threads)
+        _check_pictures(robot, data, corners, output, page_language, threads)
         return
     measured = seen_by(tracker, load_measurements(data, robot))
     with progress() as show:
@@ -137,15 +137,17 @@ def _refuse_of_one_arm(folder: str, data: list[Path] | None, plan: int | None, t
         )
 
 
-def _check_pictures(robot: Robot, data: list[Path], corners: Path, output: Path | None, threads: int) -> None:
+def _check_pictures(
+    robot: Robot, data: list[Path], corners: Path, output: Path | None, language: str, threads: int
+) -> None:
     """One picture or a few, of a cell."""
     from fastcal.importers.corners import load_seen
-    from fastcal.io.results import write_json
     from fastcal.monitoring.picture_check import check_pictures
+    from fastcal.report.cell_check_report import write_picture_check
 
     found = check_pictures(robot, load_seen(data, robot, corners), threads)
     if output is not None:
-        write_json(output, found.to_json_dict())
+        write_picture_check(found, output, robot.name, language=language)
     warn(found.notes)
     tell(found, [found.sentence])
     if found.verdict == "changed":

@@ -65,6 +65,7 @@ def import_(
     from fastcal.importers.picture_set import write_picture_set
     from fastcal.importers.pose_pairs import read_pose_pairs
     from fastcal.importers.pose_pairs_out import write_pose_pairs
+    from fastcal.importers.robot_calibration import read_calibration_data
     from fastcal.io.atomic import write_text
     from fastcal.io.robot_file import load_robot
 
@@ -84,8 +85,8 @@ def import_(
     if (taken := read_industrial_set(exports) or read_numbered_pictures(exports)) is not None:
         _say_set(taken, output, write_picture_set(output, taken, arm, robot or ""))
         return
-    if (pairs := read_pose_pairs(exports, asked=hand_eye)) is not None:
-        _say_pairs(pairs, output, write_pose_pairs(output, pairs))
+    if (pairs := read_pose_pairs(exports, asked=hand_eye) or read_calibration_data(exports, arm)) is not None:
+        _say_pairs(pairs, output, write_pose_pairs(output, pairs, arm, robot or ""))
         return
     with progress() as show:
         show("reading")

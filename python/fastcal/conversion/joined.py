@@ -93,7 +93,7 @@ def piece(spec: Spec, chain: Chain, joints: Sequence[int], T: np.ndarray, effect
 
 
 def joints_of_last(specs: Sequence[Spec]) -> list[Spec]:
-    """The joints of the last of arms on each other, of kind urdf: the first in the frame of the last joint before it."""
+    """The joints of the last of arms on each other, of kind urdf: the first in the frame of the joint before it."""
     bare = [{**spec, "effects": []} for spec in specs]
     count = len(specs[-1]["joints"])
     return list(convert(joined_screws(bare, specs[-1]["name"]), "urdf").spec["joints"][-count:])

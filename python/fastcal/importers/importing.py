@@ -19,7 +19,7 @@ from fastcal.importers.dialects import read_export
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
 from fastcal.importers.joining import confirmed, joined
-from fastcal.importers.joint_names import notes_on_names, with_joint_names
+from fastcal.importers.joint_names import check_named, is_named, motors_of, notes_on_names, renumbered, with_joint_names
 from fastcal.importers.label_columns import LabelColumn
 from fastcal.importers.mapping import Mapping
 from fastcal.importers.mapping import map_text as text_of_map
@@ -137,8 +137,15 @@ def read(
             continue
         known = sum(meaning is not None for meaning in export.meanings)
         try:
-            export = with_joint_names(export, names)
-            reading = interpret(export, convention=orientation, joint_kinds=kinds, wanted=wanted)
+            export, own = with_joint_names(export, names), None
+            if robot is not None and len(motors := motors_of(robot)) < len(names) and not is_named(export):
+                export = with_joint_names(export, [names[i] for i in motors])
+                own = motors if is_named(export) else None  # what others drive has no column
+            if robot is not None and not is_named(export):
+                check_named(export, [names[i] for i in motors_of(robot)] if len(names) == robot.joint_count else [])
+            asked = kinds if own is None or kinds is None else [kinds[i] for i in own]
+            reading = interpret(export, convention=orientation, joint_kinds=asked, wanted=wanted)
+            reading = reading if own is None else renumbered(reading, own)
             reading = named_by_their_owner(reading, export, robot)
             reading = replace(reading, notes=[*reading.notes, *notes_on_names(export, names, reading.joints)])
         except InvalidInput as problem:

@@ -109,13 +109,13 @@ def _pictures(folder: Path, taken: Mapping[int, Path], inside: Sequence[Path], p
                 found[int(match[1])] = file
     out = []
     for number in sorted(taken):
-        file = found.get(number)
-        if file is None:
+        if number not in found:
             raise ParseError(f"there is no picture {number} beside this pose in {folder}", taken[number])
-        if file.suffix.lower() in _OTHERS:
-            name = file.with_suffix(".png").name
-            raise ParseError(f"is no picture that is read here; save its 2D image beside it as {name}", file)
-        out.append(file)
+        picture = found[number]
+        if picture.suffix.lower() in _OTHERS:
+            name = picture.with_suffix(".png").name
+            raise ParseError(f"is no picture that is read here; save its 2D image beside it as {name}", picture)
+        out.append(picture)
     return out
 
 

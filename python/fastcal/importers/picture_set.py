@@ -7,22 +7,18 @@
 
 from __future__ import annotations
 
-import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.importers.pose_pairs_out import pose_columns
+from fastcal.importers.pose_pairs_out import joint_columns, named_beside, pose_columns
 from fastcal.io.atomic import atomic_paths
 from fastcal.io.tables import check_csv_name, csv_text
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
 
 Spec = dict[str, Any]
 
@@ -66,9 +62,7 @@ def write_picture_set(path: Path, found: PictureSet, robot: Robot | None = None,
     cell = path.with_name(f"{path.stem}_cell.yaml")
     content, columns = found.cell, _posture_columns(found, robot)
     if robot is not None:
-        beside = Path(name)
-        file = os.path.relpath(beside, path.parent) if beside.is_file() else name
-        content = {**content, "arms": {"arm": {"robot": file}}}
+        content = {**content, "arms": {"arm": {"robot": named_beside(name, path)}}}
     columns["picture"] = [file.name for file in found.pictures]
     with atomic_paths([path, cell]) as (table, beside):
         table.write_text(csv_text(columns), encoding="utf-8", newline="\n")
@@ -84,8 +78,7 @@ def _posture_columns(found: PictureSet, robot: Robot | None) -> dict[str, list[f
     if found.joints.shape[1] != robot.joint_count:
         count = found.joints.shape[1]
         raise InvalidInput(f"{found.read_as}: holds {count} joints, and {robot.name} has {robot.joint_count}")
-    title = "j{}_deg" if robot.description.pendant else "q{}_deg"
-    return {title.format(k + 1): np.round(from_si(q, "deg"), 9).tolist() for k, q in enumerate(found.joints.T)}
+    return {**joint_columns(found.joints, robot)}
 
 
 def picture_size(path: Path) -> tuple[int, int]:

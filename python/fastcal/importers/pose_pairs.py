@@ -43,6 +43,7 @@ class PosePairs:
         in_hand: Is the camera on the arm, and not the board? None: the file does not say.
         read_as: What wrote them.
         notes: What a reader should know, a sentence each.
+        joints: (N, n) of the arm [rad, m], where they are known.
     """
 
     flange: FloatArray
@@ -50,6 +51,7 @@ class PosePairs:
     in_hand: bool | None
     read_as: str
     notes: tuple[str, ...] = ()
+    joints: FloatArray | None = None
 
 
 def read_pose_pairs(files: Sequence[Path], *, asked: bool = False) -> PosePairs | None:
@@ -75,6 +77,15 @@ def read_pose_pairs(files: Sequence[Path], *, asked: bool = False) -> PosePairs 
                 "in the base, and of the board in the camera"
             )
         return None
+    return agreeing(found, files)
+
+
+def agreeing(found: PosePairs, files: Sequence[Path]) -> PosePairs:
+    """The pairs, with what their poses say of where the camera is and which of them agree.
+
+    Raises:
+        InvalidInput: Fewer than three, or they do not agree.
+    """
     if len(found.flange) < FEWEST:
         raise InvalidInput(f"{files[0]}: holds {len(found.flange)} pairs of poses; expected {FEWEST} at least")
     right = _the_right_way(found)

@@ -19,14 +19,14 @@ from fastcal.report.arm import arm_of
 from fastcal.report.document import document_facts
 from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.kind_words import noise_text, noise_title
-from fastcal.report.language import _, decimal_sign, in_language, mid_sentence
+from fastcal.report.language import _, decimal_sign, in_language, mid_sentence, retold
 from fastcal.report.next_step import step
 from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
 from fastcal.report.pictures import picture_part
 from fastcal.report.sections import who_measured
 from fastcal.report.tables import capitalised, in_words
 from fastcal.report.view import Rows, rows_of
-from fastcal.report.words import caveat_text, listed, trusted, verdict
+from fastcal.report.words import caveat_text, ending, listed, trusted, verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def _page(
         outlier_table=calibration_tables.outlier_table(train, outliers, result.weights) if train else None,
         outlier_count=len(result.outliers),
         method=_method(result),
-        notes=[*(note for note in result.notes if note not in result.doubts), *([result.held] if result.held else [])],
+        notes=[retold(note) for note in (*result.notes, result.held) if note and note not in result.doubts],
         limit=None if limit is None else limit_sentence(limit),
         pictures=picture_part(result.model, result.train, files),
         document=document_facts(result.model.made_by),
@@ -240,7 +240,7 @@ def _method(result: CalibrationResult) -> list[tuple[str, str]]:
     outcome = _(
         "{message}; {iterations} over all rounds of weights, noise and loads",
         iterations=plural(result.iterations, "iteration"),
-        message=result.message,
+        message=ending(result.message),
     )
     return [
         (_("Robot"), f"{result.model.name} ({result.model.kinematics}, {plural(result.model.joint_count, 'joint')})"),

@@ -1,20 +1,25 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The page of a check of a cell of several arms; nothing is fitted here."""
+"""The pages of checks of cells: of several arms, and by pictures; nothing is fitted here."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
 
+import numpy as np
+
+import fastcal
 from fastcal.cells.check import CellCheck, WayCheck
 from fastcal.io.atomic import write_text
 from fastcal.io.results import write_json
+from fastcal.monitoring.picture_check import Moved, PictureCheck
+from fastcal.report import figures, page
 from fastcal.report.cell_report import cell_page
 from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, in_language
-from fastcal.report.sections import TONES, Section, state_word
-from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell, unit_text
+from fastcal.report.sections import TONES, Section, p_text, state_word
+from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
 
 
@@ -79,3 +84,82 @@ def _cause_table(found: CellCheck) -> Table:
             others = ", ".join(map(each.way.words, cause.equivalents))
             rows.append([Cell(each.way.name), Cell(each.label(cause)), Cell(sizes), Cell(others)])
     return Table(_("Causes that explain the new readings"), columns, [Group(rows)])
+
+
+def write_picture_check(found: PictureCheck, path: str | os.PathLike[str], name: str, *, language: str = "en") -> None:
+    """Writes check.json, or the page of the cell `name` where the path ends in .html; whole or not at all."""
+    if Path(path).suffix.lower() in (".html", ".htm"):
+        write_text(path, picture_check_page(found, name, language))
+    else:
+        write_json(path, found.to_json_dict())
+
+
+def picture_check_page(found: PictureCheck, name: str, language: str = "en") -> str:
+    """The HTML text of the page of a check by pictures."""
+    with in_language(language):
+        rms = float(np.sqrt(np.mean(np.square(list(found.rms_px.values())))))
+        verdict = Verdict(TONES[found.verdict], capitalised(state_word(found.verdict)), _picture_headline(found), [])
+        tiles = [
+            (_("RMS error"), f"{significant(rms)} px", _("expected {size} px", size=significant(found.expected_px))),
+            (_("Chance"), p_text(found.p_value), _("of errors as large where nothing moved")),
+        ]
+        sections = [Section("pictures", _("Pictures"), drawings=[_pictures(found)])]
+        if found.moved:
+            sections.append(Section("causes", _("What explains it"), tables=[_moved_table(found.moved)]))
+        if found.notes:
+            sections.append(Section("notes", _("Notes"), notes=list(found.notes)))
+        return page.render(
+            "monitoring.html",
+            title=_("Check of {robot}", robot=name),
+            eyebrow=_("Does the calibration still hold?"),
+            robot_name=name,
+            simulated=False,
+            meta=[plural(len(found.rms_px), "picture")],
+            verdict=verdict,
+            tiles=tiles,
+            sections=sections,
+            document=[(_("Software"), f"fastcal {fastcal.__version__}")],
+        )
+
+
+def _picture_headline(found: PictureCheck) -> str:
+    if found.verdict == "holds":
+        return _("The cell holds: the pictures are as its model and the noise say.")
+    what = f" {_('or')} ".join(_owner(of.owner) for of in found.moved)
+    if len(found.moved) == 1:
+        return _("{what} moved.", what=capitalised(what))
+    return _("{what} moved; pictures from other postures tell them apart.", what=capitalised(what))
+
+
+def _pictures(found: PictureCheck) -> figures.Figure:
+    rows, sizes = list(found.rms_px), list(found.rms_px.values())
+    ends = [min(rows) - 0.5, max(rows) + 0.5]
+    hover = f"{_('row')} %{{x}}: %{{y:.2f}} px"
+    traces = [
+        figures.line(ends, [found.expected_px] * 2, figures.MUTED, "dash"),
+        figures.points(rows, sizes, figures.AFTER, 8, hover=hover),
+    ]
+    drawn = figures.layout(_("row (number)"), _("RMS error (px)"), yaxis={"rangemode": "tozero"}, xaxis={"range": ends})
+    key = [
+        figures.Key(_("a picture"), figures.AFTER, "point"),
+        figures.Key(_("expected of noise alone"), figures.MUTED, "dash"),
+    ]
+    alt = _("RMS error of the corners of each picture, with what noise alone would leave.")
+    return figures.Figure("pictures", _("Error of each picture"), alt, traces, drawn, height=260, key=key)
+
+
+def _moved_table(moved: tuple[Moved, ...]) -> Table:
+    columns = [Column(_("Cause"), numeric=False), Column(_("Shift (mm)")), Column(_("Turn (°)"))]
+    rows = []
+    for each in moved:
+        sizes = [
+            number_cell("" if size is None else significant(size), size) for size in (each.shift_mm, each.turn_deg)
+        ]
+        rows.append([Cell(capitalised(_owner(each.owner))), *sizes])
+    return Table(_("Causes that explain the new readings"), columns, [Group(rows)])
+
+
+def _owner(owner: str) -> str:
+    """What moved: "camera wrist", "joint 2"."""
+    kind, _space, name = owner.partition(" ")
+    return f"{_(kind)} {name}" if kind in ("camera", "board") else in_words(owner)

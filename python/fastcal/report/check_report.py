@@ -98,7 +98,7 @@ def _workspace(found: CheckResult) -> list[Section]:
     positions, errors, arm = seen
     base = np.asarray(found.model.description.base.xyz_mm, float)
     drawn = workspace.scene(positions, errors, None, base, _("the measuring frame"), arm)
-    return [Section("workspace", _("Where in the workspace"), drawings=[drawn], on_paper=False)]
+    return [Section("workspace", _("Where in the workspace"), drawings=[drawn])]
 
 
 def _check_tiles(found: CheckResult) -> list[tuple[str, str, str]]:

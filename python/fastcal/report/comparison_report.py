@@ -63,7 +63,7 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
             ],
             sections=[
                 Section("tool", _("At the tool"), drawings=[drawings.heat_map(found), _share(shares)]),
-                Section("workspace", _("Where in the workspace"), drawings=[drawn], on_paper=False),
+                Section("workspace", _("Where in the workspace"), drawings=[drawn]),
                 Section(
                     "parameters",
                     _("Parameters"),

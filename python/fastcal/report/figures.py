@@ -59,7 +59,7 @@ class Figure:
         columns: How many of the page's six columns it takes.
         height: In CSS pixels.
         paper_height: The same on A4; 0 follows from the width.
-        kind: `flat`, or `scene` for what needs WebGL and is not printed.
+        kind: `flat`, or `scene` for what can be turned, which scene.js draws.
         key: What the marks mean.
         controls: Buttons that show some traces in place of others: label, traces, selected.
         narrow: What `Plotly.relayout` changes where the figure is narrower than a hand.

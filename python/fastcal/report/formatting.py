@@ -47,7 +47,7 @@ def with_uncertainty(std: float | None, *values: float | None) -> tuple[str, ...
     finest = std if has_std and std is not None else max(known)
     digits = decimals_for(finest) if has_std else max(0, 5 - math.floor(math.log10(finest)))
     largest = math.floor(math.log10(max(known)))
-    if (has_std and digits > _PLAIN_DECIMALS) or largest >= _PLAIN_SIZE or largest < -3:
+    if (has_std and digits > _PLAIN_DECIMALS and largest < 0) or largest >= _PLAIN_SIZE or largest < -3:
         shift, suffix = 10.0**largest, _TIMES_TEN + str(largest).translate(_SUPERSCRIPT)
         digits = decimals_for(finest / shift) if has_std else 5
     else:

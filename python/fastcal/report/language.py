@@ -45,6 +45,11 @@ def _(message: str, /, **values: Any) -> str:
     return filled(known.get(message, message), values, lambda text: known.get(text, text), decimal_sign())
 
 
+def retold(note: str) -> str:
+    """A note of a lower room in the language of the page, where the room said it in parts; else as it is."""
+    return _(note) if isinstance(note, Said) else note
+
+
 def mid_sentence(name: str) -> str:
     """A heading's noun as written within a sentence: small in English, as it is in German."""
     return name.lower() if language.get() == "en" else name

@@ -13,7 +13,7 @@ from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, in_language
-from fastcal.report.tables import Column, Group, Table, number_cell
+from fastcal.report.tables import Column, Group, Table, capitalised, number_cell
 from fastcal.report.words import Remark, Verdict
 from fastcal.units import from_si
 
@@ -53,7 +53,7 @@ def measured_path_page(found: PathFigures, robot_name: str, language: str = "en"
 def _verdict(found: PathFigures) -> Verdict:
     """Where the path is farthest off, and what the standard asks that is not there; no limit is judged."""
     content = found.to_json_dict()
-    at, rt, at_place, rt_place = (significant(content[key], 4) for key in ("AT_mm", "RT_mm", "AT_at_mm", "RT_at_mm"))
+    at, rt, at_place, rt_place = (significant(content[key]) for key in ("AT_mm", "RT_mm", "AT_at_mm", "RT_at_mm"))
     headline = _("The mean path is up to {at} mm from the commanded one, {place} mm along it.", at=at, place=at_place)
     remarks = [
         Remark(
@@ -64,7 +64,7 @@ def _verdict(found: PathFigures) -> Verdict:
     ]
     if found.corners:
         worst = max(found.corners, key=lambda each: each.rounding)
-        rounding = significant(from_si(worst.rounding, "mm"), 4)
+        rounding = significant(from_si(worst.rounding, "mm"))
         text = _("Corner {corner} is rounded most, by {rounding} mm.", corner=worst.corner, rounding=rounding)
         remarks.append(Remark(text, False, "accuracy"))
     if found.runs < STANDARD_RUNS:
@@ -80,7 +80,7 @@ def _tiles(found: PathFigures) -> list[tuple[str, str, str]]:
         (_("Rounding CR, largest"), max((each.rounding for each in found.corners), default=None)),
         (_("Overshoot CO, largest"), max((each.overshoot for each in found.corners), default=None)),
     )
-    return [(name, significant(from_si(float(value), "mm"), 4), "mm") for name, value in named if value is not None]
+    return [(name, f"{significant(from_si(float(value), 'mm'))} mm", "") for name, value in named if value is not None]
 
 
 def _table(found: PathFigures) -> Table:
@@ -98,7 +98,8 @@ def _table(found: PathFigures) -> Table:
             name = _("{symbol}, corner {corner} (mm)", symbol=symbol, corner=each.corner)
             values.append((name, float(from_si(value, "mm"))))
     rows = [[number_cell(name, None), number_cell(significant(value, 4), value)] for name, value in values]
-    return Table(_("Figures of ISO 9283."), [Column(_("figure"), numeric=False), Column(_("value"))], [Group(rows)])
+    heads = [Column(capitalised(_("figure")), numeric=False), Column(capitalised(_("value")))]
+    return Table(_("Figures of ISO 9283."), heads, [Group(rows)])
 
 
 def _figure(found: PathFigures) -> Figure:
@@ -109,6 +110,6 @@ def _figure(found: PathFigures) -> Figure:
         figures.line(along, from_si(values, "mm"), entry.colour, entry.mark, hover=hover)
         for entry, values in zip(key, (found.accuracy, found.repeatability), strict=True)
     ]
-    drawn = figures.layout(_("along the path (mm)"), "mm")
+    drawn = figures.layout(_("along the path (mm)"), _("error (mm)"))
     alt = _("Path accuracy and repeatability at each plane along the commanded path.")
     return Figure("measured-path", _("Along the path"), alt, traces, drawn, columns=6, height=380, key=key)

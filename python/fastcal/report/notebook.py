@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import replace
 from functools import singledispatch
 from html import escape
@@ -32,6 +33,7 @@ from fastcal.report import (
 from fastcal.report.arm import Arm, arm_of
 from fastcal.report.frames import frame
 from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
+from fastcal.report.still import still
 from fastcal.report.summaries import summary
 from fastcal.report.tables import capitalised
 from fastcal.report.view import Rows, rows_of
@@ -42,6 +44,26 @@ if TYPE_CHECKING:
 
 _LEGEND = 46  # CSS pixels below a figure for the legend, which may take two lines
 _HEAD = 8  # rows of a table that a notebook shows
+
+
+class Drawn(graph_objects.Figure):  # type: ignore[misc]
+    """A Plotly figure that a notebook shows as a still picture where it is read without JavaScript.
+
+    The picture is of the chart as it was made: of what a user changes it knows nothing.
+    """
+
+    _still = ""
+
+    def _repr_mimebundle_(self, *arguments: Any, **options: Any) -> dict[str, Any]:
+        """What Plotly gives, the picture, and with Plotly's page the picture until a script takes it away."""
+        bundle: dict[str, Any] = super()._repr_mimebundle_(*arguments, **options)
+        name = f"fastcal-{zlib.crc32(self._still.encode()):08x}"
+        if "text/html" in bundle:
+            there = f"document.querySelectorAll('.{name}').forEach((each) => each.remove())"
+            bundle["text/html"] = (
+                f'<div class="{name}">{self._still}</div>{bundle["text/html"]}<script>{there}</script>'
+            )
+        return bundle | {"image/svg+xml": self._still}
 
 
 def html(shown: Any) -> str:
@@ -90,7 +112,9 @@ def plotly_figure(drawn: list[Figure]) -> graph_objects.Figure:
     )
     if first.controls:
         figure.update_layout(updatemenus=[_buttons(first)])
-    return figure
+    shown = Drawn(figure)
+    shown._still = still(drawn)
+    return shown
 
 
 def _legend_entry(entry: figures.Key) -> graph_objects.Scatter:

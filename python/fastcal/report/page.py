@@ -3,7 +3,7 @@
 """One self-contained HTML page: templates, style, script and the figures' library, nothing fetched from anywhere.
 
 The parts of Plotly's JavaScript that the figures use (`plotly/`, made by tools/plotly_bundle) are carried gzipped in
-base64, 0.8 MB, and unpacked by the browser. A content security policy in the page forbids every connection, so
+base64, 0.6 MB, and unpacked by the browser. A content security policy in the page forbids every connection, so
 "self-contained" is enforced and not only meant.
 """
 
@@ -28,10 +28,12 @@ from fastcal.report.language import _, language
 def render(template: str, **context: Any) -> str:
     """The page of `template` (a child of page.html); the context's texts are escaped, its figures drawn by page.js."""
     environment = _environment()
-    source, _, _ = environment.loader.get_source(environment, "page.js")  # type: ignore[union-attr]
-    style, _, _ = environment.loader.get_source(environment, "page.css")  # type: ignore[union-attr]
+    scene, page, style = (
+        environment.loader.get_source(environment, name)[0]  # type: ignore[union-attr]
+        for name in ("scene.js", "page.js", "page.css")
+    )
     return environment.get_template(template).render(
-        script=Markup(source),  # noqa: S704  our own file
+        script=Markup(scene + page),  # noqa: S704  our own file
         style=Markup(style),  # noqa: S704  our own file
         plotly=_plotly_base64(),
         dark=figures.DARK,

@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fastcal.report.formatting import alike, count, percent, plural, significant
-from fastcal.report.language import _
+from fastcal.report.language import _, retold
 from fastcal.report.tables import unit_text
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, Statistics
@@ -63,7 +64,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     ]
     if result.status != "converged":
         headline = _(
-            "The calibration failed: {reason}. The figures show where it stopped.", reason=result.message.rstrip(".")
+            "The calibration failed: {reason}. The figures show where it stopped.", reason=ending(result.message)
         )
         failures = {"not_converged": _("Not converged"), "too_few_equations": _("Too few measurements")}
         return Verdict("bad", failures.get(result.status, _("Failed")), headline, remarks)
@@ -146,8 +147,29 @@ def _misfits(result: CalibrationResult) -> list[Remark]:
 
 def _doubts(result: CalibrationResult) -> list[Remark]:
     """What the reader must know first; a question keeps its mark."""
-    ended = (note if note.endswith(("?", ".")) else f"{note}." for note in map(str, result.doubts))
+    ended = (note if note.endswith(("?", ".")) else f"{note}." for note in map(retold, result.doubts))
     return [Remark(f"{note[:1].upper()}{note[1:]}", True, "method") for note in ended]
+
+
+def ending(message: str) -> str:
+    """How a fit ended, as the core says it in English, in the language of the page."""
+    head, alone, rest = message.rstrip(".").partition("; base and tool alone are fitted")
+    found = re.fullmatch(r"\D*?([\d.]+)\D*?(?:([\d.]+)\D*)?", head)
+    numbers = [float(number) for number in found.groups() if number] if found else []
+    if head.startswith("converged: the next step"):
+        text = _("converged: the next step is below {size:g} standard deviations", size=numbers[0])
+    elif head.startswith("the measurements fix none"):
+        text = _("the measurements fix none of the {count:.0f} parameters asked for", count=numbers[0])
+    elif head.startswith("what was measured is"):
+        text = _(
+            "what was measured is {numbers:.0f} independent numbers for {count:.0f} parameters: any robot fits them "
+            "exactly, and nothing is left to estimate the noise from",
+            numbers=numbers[0],
+            count=numbers[1],
+        )
+    else:
+        text = _("nothing was measured in any row") if head == "nothing was measured in any row" else head
+    return f"{text}; {_('base and tool alone are fitted')}{rest}" if alone else text
 
 
 def _caveats(result: CalibrationResult) -> list[Remark]:

@@ -35,7 +35,7 @@ _LINK = "#5f7180"
 _PARTS = [[0.0, "#ffffff"], [0.5, "#f4b860"], [1.0, "#a11d1d"]]
 _EYE = {"x": 1.15, "y": -1.32, "z": 0.55}  # of the camera, in half-sides of the box
 _JOINT = 9  # the size of a joint; one that contributes is larger, since others may stand where it is
-_FARTHER, _LOWER = 2.0, 400  # on a narrow screen: times as far from the box, and how high [CSS pixels]
+_LOWER = 400  # how high on a narrow screen [CSS pixels]
 
 
 @dataclass(frozen=True)
@@ -160,16 +160,18 @@ def scene(
         note += " " + _("The slider, or a click on a point, moves the arm to a pose.")
         if arm.contributions is not None:
             note += " " + _contributions_note(arm.contributions, now=after is None)
-    alt = _("Three-dimensional view of the workspace with an arrow for the error of each pose; drag to turn it.")
+    alt = _(
+        "Three-dimensional view of the workspace with an arrow for the error of each pose; "
+        "drag it or use the arrow keys to turn it."
+    )
     return Figure(
         "workspace", title, alt, traces, figure_layout, note,
-        height=560, kind="scene", controls=controls, postures=postures,
-        narrow={"scene.camera.eye": {axis: _FARTHER * at for axis, at in _EYE.items()}, "height": _LOWER},
+        height=560, kind="scene", controls=controls, postures=postures, narrow={"height": _LOWER},
     )  # fmt: skip
 
 
 def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
-    """Top, front and side view of the arrows before and after, each at its own scale, for paper and without WebGL."""
+    """Top, front and side view of the arrows before and after, each at its own scale, for paper."""
     shown = figures.spread_rows(len(positions), FLAT_ARROW_LIMIT)
     modes = arrow_modes(positions, before, after)
     limits = _limits(positions)

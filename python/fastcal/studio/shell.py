@@ -112,7 +112,9 @@ def told() -> Iterator[None]:
 
 def table(options: dict[str, Any]) -> ui.aggrid:
     """A table of rows, which says in the language of the screen where it has none."""
-    return ui.aggrid({**options, "localeText": {"noRowsToShow": _("no row yet")}}, theme="balham").classes("w-full")
+    columns = {"wrapHeaderText": True, "autoHeaderHeight": True} | options.get("defaultColDef", {})
+    words = {"noRowsToShow": _("no row yet")}
+    return ui.aggrid({**options, "defaultColDef": columns, "localeText": words}, theme="balham").classes("w-full")
 
 
 def command_line(line: str) -> None:

@@ -54,3 +54,14 @@ def test_a_few_say_what(model: Path, tmp_path: Path, what: str, moved: str) -> N
     size = float(np.linalg.norm([1.5, -1.0, 0.5]))
     assert found["moved"][0]["shift_mm"] == pytest.approx(size, rel=0.1)
     assert found["moved"][0]["turn_deg"] == pytest.approx(0.05 * size, abs=0.04)
+
+
+@pytest.mark.parametrize(("language", "word"), [("en", "Board plate moved."), ("de", "Tafel plate hat sich bewegt.")])
+def test_the_check_is_a_page_where_that_is_asked(model: Path, tmp_path: Path, language: str, word: str) -> None:
+    rig_faults.write(tmp_path, 4, 8, board_mm=np.array([1.5, -1.0, 0.5]))
+    page = tmp_path / "check.html"
+    assert main(["check", *files(tmp_path, model), "-o", str(page), "--page-language", language]) == 4
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("<!DOCTYPE html>")
+    assert word in text
+    assert text.count('<div class="plot"') == 1

@@ -3,12 +3,14 @@
 """Ranges over the arms, counts and steps that docs/papers.md gives are those of the committed results."""
 
 import math
+import statistics
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from fastcal.io.results import read_json
+from fastcal.report.formatting import significant
 
 ROOT = Path(__file__).parents[3]
 
@@ -25,6 +27,7 @@ def unwrapped(file: str) -> str:
 def table_of(study: str, title: str) -> dict[str, Any]:
     """A kept table by its title."""
     exhibits = [exhibit for section in kept(study)["sections"] for exhibit in section["exhibits"]]
+    table: dict[str, Any]
     (table,) = [exhibit for exhibit in exhibits if exhibit["kind"] == "table" and exhibit["title"] == title]
     return table
 
@@ -72,6 +75,40 @@ def test_the_steps_and_corners_of_single_arms_are_the_kept_ones() -> None:
     note = table_of("staubli_rx160l", "compliance by payload pairs, medians of the arms")["note"]
     assert "joint 2's at 9.4 to 127.6 N m (hidden 118.2)" in note
     assert "hidden at 118, but at 9.4 to 127.6 N m on single arms" in text
+
+
+def test_networks_on_poses_leave_what_the_page_says() -> None:
+    text = unwrapped("docs/networks.md")
+    runs = read_json(ROOT / "bench" / "python" / "bench_orientation.json")["runs"]
+    for run, arm in zip(runs, ("UR5", "RX160L", "KR 6 R900"), strict=True):
+        parts = []
+        for part in ("unseen", "commands"):
+            (a, b), (c, d) = run[part]["model"], run[part]["network"]
+            assert c < a / 2
+            assert d < b / 2
+            parts.append(f"{significant(a)} mm and {b:.4f} deg, {significant(c)} mm and {d:.4f} deg")
+        assert f"| {arm} | {parts[0]} | {parts[1]} |" in text
+        assert f"seed {run['seed']})" in text
+
+
+def test_splits_of_other_seeds_leave_what_the_page_says() -> None:
+    record = read_json(ROOT / "bench" / "papers" / "real_splits.json")
+    mean = {
+        (campaign, name): statistics.median(each["mean"] for each in found)
+        for campaign, methods in record["splits"].items()
+        for name, found in methods.items()
+    }
+    last = record["first"] + len(record["splits"]["UR5"]["mlp"]) - 1
+    text = unwrapped("docs/papers.md")
+    assert f"seeds {record['first']} to {last})" in text
+    ur5, ur10 = ([significant(mean[campaign, name]) for name in ("mlp", "gp")] for campaign in ("UR5", "UR10 c"))
+    assert f"`mlp` {ur5[0]} mm in the median of the means and `gp` {ur5[1]} mm, on the UR10 c {ur10[0]} and" in text
+    assert f" and {ur10[1]} mm." in text
+    for (campaign, name), value in mean.items():
+        if name != "geometry":
+            rows = {"UR5": 300, "UR10 c": 832}[campaign]
+            kept_mean = cell_of("real", f"{campaign}, {rows} rows held back (mm)", name, "mean")
+            assert value == pytest.approx(kept_mean["median"], rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,7 @@ from typing import Any
 
 from PIL import Image
 
-from ..conftest import SOFTWARE_GL
-from . import pages_of_arms  # noqa: F401 - its pages are cases too
+from . import pages_of_arms, pages_of_kinds  # noqa: F401 - their pages are cases too
 from .pages_of_fits import CASES
 
 SIZE, WORDS, CHARTS = 1_500_000, 900, 12  # bytes of a file; of a diagnosis before anything is unfolded
@@ -53,14 +52,14 @@ LOOK = """() => {
     });
   }
   const boxes = [...document.querySelectorAll(".table-box")].filter(seen);
-  const charts = plots.filter((plot) => !plot.closest(".flat-views")).length; // those are open without WebGL alone
+  const charts = plots.filter((plot) => !plot.closest(".flat-views")).length;
   return {
     words: words.length, charts, wide: document.documentElement.scrollWidth, overlap, cut,
     over: boxes.filter((box) => box.scrollWidth > box.clientWidth + 1).map(named),
     empty: plots.filter((plot) => !["drawn", "message"].includes(plot.dataset.state)).map(named),
   };
 }"""
-QUIET = ("Canvas2D", "WebGL", "GPU", "GL Driver")  # what a browser that draws in software says of itself
+QUIET = ("Canvas2D", "GPU", "GL Driver")  # what a browser that draws in software says of itself
 PIECE = 4000  # a browser that draws in software paints no higher picture at once [CSS pixels]
 
 
@@ -110,7 +109,9 @@ def main(arguments: list[str]) -> None:
 
     out, names = Path(arguments[0]).resolve(), arguments[1:] or list(CASES)
     with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox", *SOFTWARE_GL])
+        browser = driver.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
+        )
         for name in names:
             folder = out / name
             shutil.rmtree(folder, ignore_errors=True)

@@ -144,7 +144,7 @@ def test_every_drawing_has_a_text_in_its_place(pages) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_pages_are_drawn_and_the_console_is_quiet(browser, pages, name) -> None:
-    document, console = browser.run(pages[name, "en"], "--dump-dom", *browser.software_gl)
+    document, console = browser.run(pages[name, "en"], "--dump-dom", *browser.no_gl)
     assert console == []
     assert document.count('data-state="drawn"') == pages[name, "en"].count('<div class="plot"') > 0
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import plotly.graph_objects as go
@@ -13,7 +14,8 @@ import pytest
 
 import fastcal
 from fastcal import CalibrationResult, Diagnosis, InvalidInput
-from fastcal.report import effect_figures
+from fastcal.report import effect_figures, figures
+from fastcal.report.still import WIDTH, still
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +76,42 @@ def test_the_charts_of_the_report_are_plotly_figures(result: CalibrationResult, 
         drawn = json.loads(figure.to_json())
         assert any(trace.get("x") for trace in drawn["data"])
         assert drawn["layout"]["meta"]["alt"]
+
+
+@pytest.mark.parametrize("kind", ["errors", "histogram", "residuals", "workspace", "arm", "noise", "parameters"])
+def test_a_chart_is_a_picture_where_no_script_runs(result: CalibrationResult, kind: str) -> None:
+    """A saved notebook keeps it, as SVG and in the HTML, from which only a script takes it away."""
+    figure = getattr(result, f"plot_{kind}")()
+    in_jupyter = {"application/vnd.plotly.v1+json": {}, "text/html": "<div></div><script>draw()</script>"}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(go.Figure, "_repr_mimebundle_", lambda *_, **__: in_jupyter)
+        bundle = figure._repr_mimebundle_()
+    assert bundle.keys() == in_jupyter.keys() | {"image/svg+xml"}
+    assert "<script>draw()</script>" in bundle["text/html"]
+    picture = bundle["image/svg+xml"]
+    assert picture in bundle["text/html"].split("<script")[0]
+    drawn = ElementTree.fromstring(picture)  # noqa: S314 - our own
+    marks = [each for each in drawn.iter() if each.tag.rpartition("}")[2] in ("path", "circle")]
+    assert len(marks) > (2 if kind in ("errors", "histogram") else 10)
+    texts = [each.text for each in drawn.iter() if each.tag.endswith("text")]
+    assert any("mm" in str(text) for text in texts)
+    assert "nan" not in picture
+    if kind == "arm":  # each joint is a disc with a rim
+        joints = [each for each in marks if each.get("stroke") == figures.INK]
+        assert len(joints) >= result.model.joint_count
+
+
+def test_a_still_picture_has_its_points_where_the_numbers_are() -> None:
+    drawn = figures.layout("x (mm)", "y (mm)", xaxis={"range": [0, 10]}, yaxis={"range": [0, 100]})
+    traces = [figures.points([0.0, 5.0, 10.0], [0.0, 50.0, 100.0], "#d55e00", 6)]
+    picture = ElementTree.fromstring(still([figures.Figure("f", "title", "alt <&>", traces, drawn)]))  # noqa: S314 - our own
+    dots = [each for each in picture.iter() if each.tag.endswith("circle")]
+    x, y = (np.array([float(str(dot.get(name))) for dot in dots]) for name in ("cx", "cy"))
+    assert x[1] == pytest.approx((x[0] + x[2]) / 2, abs=0.1)
+    assert y[1] == pytest.approx((y[0] + y[2]) / 2, abs=0.1)
+    assert x[2] - x[0] == pytest.approx(WIDTH - 70 - 16, abs=0.1)
+    assert y[0] > y[2]
+    assert picture.get("aria-label") == "alt <&>"
 
 
 def test_the_arm_and_the_parameters_are_drawn_too(result: CalibrationResult) -> None:

@@ -5,6 +5,7 @@
 // Widths in CSS pixels of figures on A4 with 14 mm margins (182 mm of text): the sizes on paper can't be asked for before printing.
 const PAPER_WIDTH = 687;
 const PAPER_GAP = 12;
+const PAPER_SCENE = [440, 240]; // as in page.css
 const PAPER_ASPECT = { 2: 0.6, 3: 0.42, 4: 0.36, 6: 0.28 };
 const NARROW = 480, LETTER = 6.3, LINE = 15; // [pixels]
 const PHONE = 560; // as in page.css
@@ -46,7 +47,8 @@ async function redraw(chosen, onPaper = false) {
   colourKeys(onPaper);
   for (const plot of chosen) {
     const { data, layout } = drawing(plot, onPaper);
-    await Plotly.react(plot, data, layout);
+    if (plot.scene) plot.scene.read(data, layout);
+    else await Plotly.react(plot, data, layout);
   }
 }
 
@@ -73,34 +75,23 @@ async function loadPlotly() {
   document.head.append(script);
 }
 
-function hasWebGL() {
-  try {
-    return Boolean(document.createElement("canvas").getContext("webgl"));
-  } catch {
-    return false;
-  }
-}
-
 async function draw(plot, place) {
-  const isScene = plot.dataset.kind === "scene";
-  if (isScene && !hasWebGL()) {
-    const views = document.querySelector("details.flat-views");
-    say(plot, views ? `${document.body.dataset.noWebgl} ${document.body.dataset.flatViews}` : document.body.dataset.noWebgl);
-    for (const part of plot.closest(".figure").querySelectorAll(".controls, .posture")) part.hidden = true;
-    if (views) views.open = true;
-    return;
-  }
   const { data, layout, narrow, postures, links, rows } = drawing(plot);
-  const config = { responsive: true, displaylogo: false, displayModeBar: isScene, scrollZoom: false,
-    modeBarButtons: [["resetCameraDefault3d"]] };
-  await Plotly.newPlot(plot, data, layout, config);
+  if (plot.dataset.kind === "scene") return drawScene(plot, data, layout, narrow, postures);
+  await Plotly.newPlot(plot, data, layout, { responsive: true, displayModeBar: false });
   const changes = plot.clientWidth < NARROW ? { ...narrow, ...wrappedTitle(plot, layout) } : {};
   if (changes.height) plot.style.height = `${changes.height}px`;
   if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
-  if (postures?.rows) followPostures(plot, postures, data);
   if (rows?.traces) followRows(plot, rows, data);
   if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
   drawn[place] = true;
+  plot.dataset.state = "drawn";
+}
+
+function drawScene(plot, data, layout, narrow, postures) {
+  if (narrow?.height && plot.clientWidth < NARROW) plot.style.height = `${narrow.height}px`;
+  plot.scene = new Scene(plot, data, layout);
+  if (postures?.rows) followPostures(plot, postures);
   plot.dataset.state = "drawn";
 }
 
@@ -139,6 +130,12 @@ function unpacked({ bdata, dtype }) {
   return dtype === "i4" ? new Int32Array(buffer) : new Float32Array(buffer);
 }
 
+// A number as the texts of the page write it.
+function numeral(value, options = {}) {
+  const how = { maximumSignificantDigits: 12, useGrouping: false, ...options };
+  return new Intl.NumberFormat(document.documentElement.lang, how).format(value).replace("-", "\u2212");
+}
+
 // A row is chosen by the slider, a click on a point, an arrow or a line of the outliers; every drawing then shows it.
 const chooses = [];
 function choose(row) {
@@ -161,11 +158,12 @@ function followRows(plot, { traces, mark }, data) {
 }
 
 // The arm and the arrows: the chosen row's posture, and only the poses that the filter leaves.
-function followPostures(plot, { points, measured, width, joints, traces, labels, rows, shown, filters }, data) {
+function followPostures(plot, { points, measured, width, joints, traces, labels, rows, shown, filters }) {
   const axes = ["x", "y", "z"];
   const at = Object.fromEntries(axes.map((axis) => [axis, unpacked(points[axis])]));
   const point = Object.fromEntries(axes.map((axis) => [axis, unpacked(measured[axis])]));
   const [slider, said] = ["input", "output"].map((name) => plot.closest(".figure").querySelector(`.posture ${name}`));
+  const { scene } = plot;
   let kept = rows.map(() => true);
   const show = (k) => {
     const parts = {};
@@ -173,7 +171,7 @@ function followPostures(plot, { points, measured, width, joints, traces, labels,
       const chain = at[axis].slice(k * width, (k + 1) * width);
       parts[axis] = [chain, joints.map((place) => chain[place]), [point[axis][k]]];
     }
-    Plotly.restyle(plot, parts, traces);
+    scene.set(parts, traces);
     slider.value = k;
     said.textContent = labels[k];
   };
@@ -183,8 +181,8 @@ function followPostures(plot, { points, measured, width, joints, traces, labels,
   };
   chooses.push((row) => rows.includes(row) && show(rows.indexOf(row)));
   slider.addEventListener("input", () => choose(rows[near(Number(slider.value))]));
-  plot.on("plotly_click", ({ points: [hit] }) => {
-    if (hit.pointNumber < rows.length && !traces.includes(hit.curveNumber) && hit.data.mode === "markers") choose(rows[hit.pointNumber]);
+  scene.picked.push((trace, k) => {
+    if (k < rows.length && !traces.includes(trace) && scene.data[trace].mode === "markers") choose(rows[k]);
   });
   for (const line of document.querySelectorAll("tr[data-row]")) {
     if (!rows.includes(line.dataset.row)) continue;
@@ -193,11 +191,11 @@ function followPostures(plot, { points, measured, width, joints, traces, labels,
       plot.scrollIntoView({ behavior: "smooth", block: "center" });
     });
   }
-  const arrows = data.flatMap(({ x }, t) => (x.bdata && !traces.includes(t) ? [[t, unpacked(x)]] : []));
+  const arrows = scene.data.flatMap(({ x }, t) => (x.length % rows.length || traces.includes(t) ? [] : [[t, x]]));
   followFilter(plot.closest(".figure").querySelector(".filter"), filters ?? [], (chosen) => {
     kept = chosen;
     const left = ([, x]) => x.map((value, k) => (kept[Math.floor((k * rows.length) / x.length)] ? value : NaN));
-    Plotly.restyle(plot, { x: arrows.map(left) }, arrows.map(([t]) => t));
+    scene.set({ x: arrows.map(left) }, arrows.map(([t]) => t));
   });
   choose(rows[shown]);
 }
@@ -207,7 +205,7 @@ function followFilter(part, filters, tell) {
   if (!part) return;
   const [choice, said] = [part.querySelector("select"), part.querySelector("output")];
   const ends = [...part.querySelectorAll("input")];
-  const short = (value) => Number(value.toPrecision(4)).toLocaleString(document.documentElement.lang);
+  const short = (value) => numeral(value, { maximumSignificantDigits: 4 });
   const values = filters.map((each) => unpacked(each.values));
   const filter = () => {
     const own = values[choice.value];
@@ -244,7 +242,8 @@ function switchTraces(button) {
   for (const other of buttons) {
     const traces = other.dataset.traces.split(",").map(Number);
     other.setAttribute("aria-pressed", String(other === button));
-    Plotly.restyle(plot, { visible: other === button }, traces);
+    if (plot.scene) plot.scene.set({ visible: other === button }, traces);
+    else Plotly.restyle(plot, { visible: other === button }, traces);
   }
 }
 
@@ -270,13 +269,22 @@ function fold(button) {
   document.getElementById(button.getAttribute("aria-controls")).hidden = isOpen;
 }
 
-const flat = () => plots.filter((plot, place) => drawn[place] && plot.dataset.kind !== "scene");
+const flat = () => plots.filter((_plot, place) => drawn[place]);
+const scenes = () => plots.filter((plot) => plot.scene);
+
+function stills(size) {
+  for (const plot of scenes()) {
+    const { data, layout } = drawing(plot, size !== null);
+    plot.scene.still(size, data, layout);
+  }
+}
 
 async function toPaper() {
   for (const details of document.querySelectorAll("details")) {
     details.dataset.wasOpen = details.open;
     details.open = true;
   }
+  stills(PAPER_SCENE);
   if (prefersDark.matches) await redraw(flat(), true);
   for (const plot of flat()) {
     const columns = Number(/columns-(\d)/.exec(plot.closest(".figure").className)[1]);
@@ -289,6 +297,7 @@ async function toPaper() {
 
 async function toScreen() {
   for (const details of document.querySelectorAll("details")) details.open = details.dataset.wasOpen === "true";
+  stills(null);
   if (prefersDark.matches) await redraw(flat());
   for (const plot of flat()) {
     Plotly.relayout(plot, { autosize: true, width: null, height: null, "font.size": 12,
@@ -320,15 +329,17 @@ async function main() {
   addEventListener("hashchange", openTarget);
   openTarget();
   await shown();
+  const own = plots.filter((plot) => plot.dataset.kind === "scene");
+  for (const plot of own) await draw(plot);
   try {
     await loadPlotly();
   } catch {
-    plots.forEach((plot) => say(plot, document.body.dataset.oldBrowser));
+    plots.forEach((plot) => own.includes(plot) || say(plot, document.body.dataset.oldBrowser));
     return;
   }
   colourKeys();
-  for (const [place, plot] of plots.entries()) await draw(plot, place);
-  prefersDark.addEventListener("change", () => redraw(plots.filter((_plot, place) => drawn[place])));
+  for (const [place, plot] of plots.entries()) if (!own.includes(plot)) await draw(plot, place);
+  prefersDark.addEventListener("change", () => redraw([...scenes(), ...flat()]));
   addEventListener("beforeprint", toPaper);
   addEventListener("afterprint", toScreen);
   document.body.dataset.state = "ready";

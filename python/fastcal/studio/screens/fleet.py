@@ -135,7 +135,8 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
             .classes("w-full gap-0 studio-matrix")
             .props('data-test="matrix"')
         ):
-            for title in (_("arm"), _("status"), *map(_, _COLUMNS.values()), _("verdict")):
+            last = _("verdict") if any(row.get("verdict") or row.get("message") for row in rows) else ""
+            for title in (_("arm"), _("status"), *map(_, _COLUMNS.values()), last):
                 ui.label(title).classes("text-sm text-gray-600 dark:text-gray-300 p-1")
             for row in sorted(rows, key=heat, reverse=True):
                 folder = f"{OUT}/{row['name']}/report.html"
@@ -146,7 +147,8 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
                 ui.label(_(STATUSES.get(row.get("status", ""), ""))).classes("p-1")
                 for key in _COLUMNS:
                     text = row.get(key, "")
-                    shown = significant(float(text)) if text else MISSING
+                    size = significant if key.endswith("_mm") else lambda value: f"{value:.0f}"
+                    shown = size(float(text)) if text else MISSING
                     ui.label(shown).classes("p-1 font-mono").style(shade(key, text))
                 verdict = VERDICTS.get(row.get("verdict", ""))
                 if verdict is not None:

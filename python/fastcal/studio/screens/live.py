@@ -181,7 +181,9 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
             next_said.text = _("every pose of the plan is measured")
             return
         units = ["mm" if kind == "prismatic" else "°" for kind in session.nominal.joint_types]
-        shown_at = "  ".join(f"J{k + 1} {v:.2f}{u}" for k, (v, u) in enumerate(zip(pose.shown, units, strict=True)))
+        shown_at = "  ".join(
+            f"J{k + 1}\N{NO-BREAK SPACE}{v:.2f}{u}" for k, (v, u) in enumerate(zip(pose.shown, units, strict=True))
+        )
         which = "" if pose.planned is None else _("planned pose {number}", number=pose.planned + 1) + ": "
         next_said.text = which + shown_at
         robot = session.nominal if session.belief is None else session.belief.robot

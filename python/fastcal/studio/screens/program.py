@@ -32,6 +32,7 @@ from fastcal.units import from_si
 OUT = "programs"
 _ENDINGS = (".mod", ".src", ".ls", ".script", ".urp", ".txt")
 _TIMES = 50  # so much longer are the arrows
+_FEW = 10  # targets are shown without a space below them
 
 
 def build(studio: Studio) -> None:
@@ -143,7 +144,10 @@ def _shown(
                 "turn": _("largest joint change, °"),
             }
             columns = [{"headerName": title, "field": key, "flex": 1} for key, title in titles.items()]
-            table({"columnDefs": columns, "rowData": rows}).classes("h-96")
+            if len(rows) > _FEW:
+                table({"columnDefs": columns, "rowData": rows}).classes("h-96")
+            else:
+                table({"columnDefs": columns, "rowData": rows, "domLayout": "autoHeight"}).classes("h-auto")
     with card(_("In the text")):
         for old, new in zip(program.documents, found.documents, strict=True):
             ui.html(_difference(old.text, new.text), sanitize=False).classes("w-full").props('data-test="difference"')

@@ -119,7 +119,7 @@ def _switches(studio: Studio, out: str, source: Any) -> None:
     if not names:
         return
     gaps = _known(studio, out)
-    with card(_("Without it?"), _("Turn an effect off; the others are fitted again in the background.")):
+    with card(_("Without an effect"), _("Turn an effect off; the others are fitted again in the background.")):
         with ui.row().classes("items-center gap-4"):
             switches = {name: ui.switch(name, value=True).props(f'data-test="switch-{name}"') for name in names}
 
