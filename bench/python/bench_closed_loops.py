@@ -4,11 +4,12 @@
 
 FOLDER holds a folder a model with `robot.urdf` and `robot.yaml`, as https://github.com/Gepetto/example-parallel-robots
 (BSD-3) has them in `robots/`: pairs of frames that coincide, and the motors. Pinocchio closes the loops by Newton's
-method of its own here, on all equations; both then say where the last link is and how it moves with the motors. A
-spherical joint stands as three hinges; a passive joint that no loop holds, as the spin of a rod between two balls, is
-held where it is.
+method of its own here, on all equations; fastcal reads the folder's `robot.yaml`. Both then say where a link at the
+end is and how it moves with the motors. A spherical joint stands as three hinges; a passive joint that no loop holds,
+as the spin of a rod between two balls, is held where it is.
 
-    python bench/python/bench_closed_loops.py FOLDER [--postures 20] [--out bench/python/bench_closed_loops.json]
+    python bench/python/bench_closed_loops.py FOLDER [--models NAME ...] [--postures 20]
+        [--out bench/python/bench_closed_loops.json]
 """
 
 from __future__ import annotations
@@ -18,23 +19,25 @@ import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
-import scipy.linalg
 import yaml
 from numpy.typing import NDArray
 
-from fastcal import _core
+from fastcal.errors import FastcalError
 from fastcal.io.atomic import write_text
+from fastcal.io.loop_lists import add_lists, urdf_of
 from fastcal.io.robot_file import load_robot
+from fastcal.io.urdf_mechanism import read_urdf_mechanism
+from fastcal.robot.robot import Robot
 
 Array = NDArray[np.float64]
 SPREAD = 0.1  # [rad], a tenth of it [m]
 STEPS = 10  # on the way to a posture
 CLOSED = 1e-12
 INDEPENDENT = 1e-6
-AXES = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
 
 
 @dataclass
@@ -53,6 +56,7 @@ class Mechanism:
     model: Any
     motors: list[str]
     closures: list[Closure] = field(default_factory=list)
+    ends: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.data = self.model.createData()
@@ -91,19 +95,19 @@ class Mechanism:
             q[moved] += step * min(1.0, 0.2 / max(np.abs(step).max(), 1e-300))
         return q, float(np.abs(self.equations(q)[0]).max())
 
-    def tool(self, q: Array, motors: list[int], passive: list[int]) -> tuple[Array, Array]:
-        """Pose of the last link, and its motion (6, motors) in the axes of the world."""
+    def tool(self, tip: str, q: Array, motors: list[int], passive: list[int]) -> tuple[Array, Array]:
+        """Pose of a link at the end, and its motion (6, motors) in the axes of the world."""
         _, C = self.equations(q)
+        frame = self.model.getFrameId(tip)
         pin.updateFramePlacements(self.model, self.data)
-        last = self.model.njoints - 1
-        J = pin.getJointJacobian(self.model, self.data, last, pin.LOCAL_WORLD_ALIGNED)
+        J = pin.getFrameJacobian(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
         follows = -np.linalg.lstsq(C[:, passive], C[:, motors], rcond=INDEPENDENT)[0]
-        return self.data.oMi[last].homogeneous.copy(), J[:, motors] + J[:, passive] @ follows
+        return self.data.oMf[frame].homogeneous.copy(), J[:, motors] + J[:, passive] @ follows
 
 
 def read(folder: Path) -> Mechanism:
     """The mechanism of a folder; spherical and universal joints as hinges, fixed ones dropped."""
-    urdf = pin.buildModelFromUrdf(str(folder / "robot.urdf"))
+    urdf = pin.buildModelFromUrdf(str(urdf_of(folder / "robot.yaml")))
     said = yaml.safe_load((folder / "robot.yaml").read_text(encoding="utf-8"))
     kinds = dict(zip(said.get("joint_name", []), said.get("joint_type", []), strict=True))
     out = pin.Model()
@@ -131,99 +135,80 @@ def read(folder: Path) -> Mechanism:
         frames = [urdf.frames[urdf.getFrameId(name)] for name in names]
         ends = [(stands[f.parentJoint][0], stands[f.parentJoint][1] * f.placement) for f in frames]
         closures.append(Closure((ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), kind.lower() == "6d"))
-    return Mechanism(out, said["name_mot"], closures)
+    tree = ElementTree.parse(urdf_of(folder / "robot.yaml")).getroot()  # noqa: S314 - as pinocchio has read it
+    carriers = {joint.find("parent").attrib["link"] for joint in tree.findall("joint")}  # type: ignore[union-attr]
+    tips = [link.attrib["name"] for link in tree.findall("link") if link.attrib["name"] not in carriers]
+    for name in tips:
+        frame = urdf.frames[urdf.getFrameId(name, pin.BODY)]
+        parent, place = stands[frame.parentJoint]
+        out.addFrame(pin.Frame(name, parent, place * frame.placement, pin.OP_FRAME))
+    return Mechanism(out, said["name_mot"], closures, tips)
 
 
-def axis_of(model: Any, j: int) -> list[float]:
-    return AXES[model.joints[j].shortname()[-1]]
+def tip_of(folder: Path, mechanism: Mechanism) -> tuple[Robot, str]:
+    """The robot as fastcal reads the folder, and its tool's link: the first end of the URDF at which it can be."""
+    said = "it has no link at which a tool can be"
+    ends = [name for name in mechanism.ends if "closedloop" not in name]
+    for name in ends:
+        try:
+            return load_robot(folder / "robot.yaml", tip_link=name), name
+        except FastcalError as error:
+            said = str(error)
+    raise ValueError(said)
 
 
-def origin_of(T: Any) -> dict[str, list[float]]:
-    rpy = _core.rotation_to_rpy(T.rotation)
-    return {"xyz_mm": (1e3 * T.translation).tolist(), "rpy_deg": np.degrees(rpy).tolist()}
-
-
-def pin_of(model: Any, j: int, place: Any) -> tuple[str, Any]:
-    """Link and place in its frame: the mount of the next joint where that stands on it alone."""
-    if j == 0:
-        return "base", place
-    alone = [k for k in range(1, model.njoints) if model.parents[k] == j]
-    if len(alone) == 1:
-        turn = _core.rotation_to_axis(axis_of(model, alone[0]))
-        place = (model.jointPlacements[alone[0]] * pin.SE3(turn, np.zeros(3))).actInv(place)
-    return f"link{j}", place
-
-
-def joint_of(model: Any, j: int, start: float, is_passive: bool) -> dict[str, Any]:
-    slides = model.joints[j].shortname()[-2] == "P"
-    unit, value = ("mm", 1e3 * start) if slides else ("deg", np.degrees(start))
-    joint = {"name": f"axis{j}", "type": "prismatic" if slides else "revolute", "axis": axis_of(model, j)}
-    joint |= {"origin": origin_of(model.jointPlacements[j]), f"start_{unit}": float(value)}
-    joint |= {f"min_{unit}": -9999.0, f"max_{unit}": 9999.0}
-    if model.parents[j] != j - 1:
-        joint["on"] = "base" if model.parents[j] == 0 else f"link{model.parents[j]}"
-    return joint | ({"passive": True} if is_passive else {})
-
-
-def file_of(mechanism: Mechanism, start: Array, passive: list[int]) -> dict[str, Any]:
-    """The robot file of fastcal."""
-    model = mechanism.model
-    joints = [joint_of(model, j, start[j - 1], j - 1 in passive) for j in range(1, model.njoints)]
-    loops = []
-    for k, closure in enumerate(mechanism.closures):
-        turns = ["rx", "ry", "rz"] if closure.with_turn else []
-        loop: dict[str, Any] = {"name": f"loop_{k + 1}", "fixed": ["x", "y", "z", *turns]}
-        for end, j, place in zip(("from", "to"), closure.joints, closure.places, strict=True):
-            loop[end], at = pin_of(model, j, place)
-            loop |= {f"{end}_{key}": value for key, value in origin_of(at).items()}
-        loops.append(loop)
-    return {"name": "model", "kinematics": "urdf", "joints": joints, "loops": loops}
+def starts_of(folder: Path) -> tuple[dict[str, float], set[str]]:
+    """Where fastcal's reader lets each joint begin, and the joints that it holds there."""
+    path = folder / "robot.yaml"
+    of = read_urdf_mechanism(str(path), ElementTree.parse(urdf_of(path)).getroot())  # noqa: S314 - the same
+    value = yaml.safe_load(path.read_text(encoding="utf-8"))
+    add_lists(of, value, path)
+    held = {joint.name for joint in of.joints if joint.kind == "fixed"}
+    return {joint.name: joint.start for joint in of.joints}, held
 
 
 def compare(folder: Path, postures: int, seed: int) -> dict[str, Any]:
-    """Largest differences of one model over random postures near a start that closes."""
+    """Largest differences of one model over random postures near the start that fastcal's reader finds."""
     mechanism = read(folder)
     model = mechanism.model
     names = list(model.names)[1:]
-    given = [names.index(name) for name in mechanism.motors if name in names]
-    every = [j for j in range(model.nv) if j not in given]
-    start, gap = mechanism.close(np.zeros(model.nv), every)
-    if gap > CLOSED:
-        start, gap = mechanism.close(np.zeros(model.nv), list(range(model.nv)))
-    out: dict[str, Any] = {"model": folder.name, "joints": model.nv, "motors": len(given)}
+    robot, tip = tip_of(folder, mechanism)
+    starts, held = starts_of(folder)
+    ours = [str(joint.name) for joint in robot.joints]
+    motors = [name for k, name in enumerate(ours) if k not in robot.passive]
+    shared = [name for k, name in enumerate(ours) if k in robot.passive and name in names]
+    start = np.array([starts.get(name, 0.0) for name in names])
+    passive = [k for k, name in enumerate(names) if name not in mechanism.motors and name not in held]
+    start, gap = mechanism.close(start, passive)
+    out: dict[str, Any] = {"model": folder.name, "tip": tip, "joints": model.nv, "motors": len(motors)}
+    out |= {"passive": len(robot.passive), "held": len(held & set(names))}
     if gap > CLOSED:
         return out | {"left_out": f"pinocchio's equations leave {gap:.2g} at the start"}
-    J = mechanism.equations(start)[1][:, every]
-    _, R, order = scipy.linalg.qr(J, pivoting=True, mode="economic")
-    size = np.abs(np.diag(R))
-    rank = int(np.sum(size > INDEPENDENT * size[0]))
-    passive = sorted(every[k] for k in order[:rank])
-    motors = [j for j in range(model.nv) if j not in passive]
-    out |= {"passive": len(passive), "held": len(every) - rank}
-    robot = load_robot(file_of(mechanism, start, passive))
+    given = [names.index(name) for name in motors]
     random = np.random.default_rng(seed)
-    scale = np.array([0.1 if kind == "prismatic" else 1.0 for kind in robot.joint_types])
+    scale = np.array([0.1 if joint.type == "prismatic" else 1.0 for joint in robot.joints if joint.name in motors])
     worst = np.zeros(4)
     compared = 0
     for _ in range(postures):
-        wanted = start.copy()
-        wanted[given] += SPREAD * scale[given] * random.uniform(-1, 1, len(given))
+        wanted = start[given] + SPREAD * scale * random.uniform(-1, 1, len(given))
         q, left = start, 0.0
         for step in range(1, STEPS + 1):
             q = q.copy()
-            q[motors] = start[motors] + step / STEPS * (wanted - start)[motors]
+            q[given] = start[given] + step / STEPS * (wanted - start[given])
             q, left = mechanism.close(q, passive)
-        assembly = robot.assemble(q)
+        sent = np.zeros((1, robot.joint_count))
+        sent[0, [ours.index(name) for name in motors]] = q[given]
+        assembly = robot.assemble(sent)
         if left > 1e-10 or assembly.status != ["closed"]:
             continue
         compared += 1
-        pose, J_tool = mechanism.tool(q, motors, passive)
-        ours = assembly.q
+        pose, J_tool = mechanism.tool(tip, q, given, passive)
+        turn = assembly.q[0, [ours.index(name) for name in shared]] - q[[names.index(name) for name in shared]]
         errors = [
             assembly.gap[0],
-            np.abs(ours[0] - q).max(),
-            np.abs(robot.forward(ours)[0] - pose).max(),
-            np.abs(robot.joint_jacobian(ours)[0][:, motors] - J_tool).max(),
+            np.abs(np.sin(turn / 2) * 2).max(initial=0.0),
+            np.abs(robot.forward(assembly.q)[0] - pose).max(),
+            np.abs(robot.joint_jacobian(assembly.q)[0][:, [ours.index(name) for name in motors]] - J_tool).max(),
         ]
         worst = np.maximum(worst, errors)
     if not compared:
@@ -235,12 +220,15 @@ def compare(folder: Path, postures: int, seed: int) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
+    parser.add_argument("--models", nargs="+", help="these of the folder alone")
     parser.add_argument("--postures", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     rows = []
     for path in sorted(given.folder.glob("*/robot.yaml")):
+        if given.models and path.parent.name not in given.models:
+            continue
         try:
             rows.append(compare(path.parent, given.postures, given.seed))
         except (ValueError, RuntimeError, IndexError) as error:

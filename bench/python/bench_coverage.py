@@ -90,7 +90,10 @@ OWNERS: dict[str, tuple[str, ...]] = {
 ELSEWHERE = {
     "friction",
     "gravity_sag",
+    "pin_compliance",
     "pin_slack",
+    "rod_compliance",
+    "rod_slack",
     "settling",
     "surrogate",
     "tracker_angle",

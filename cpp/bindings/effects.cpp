@@ -44,6 +44,8 @@ std::string text(Place place) {
       return "instrument";
     case Place::kStructure:
       return "structure";
+    case Place::kLoop:
+      return "loop";
     case Place::kFrame:
       return "frame";
     case Place::kAnywhere:

@@ -114,8 +114,9 @@ void bind_model(py::module_& m) {
             return py::array_t<double>({settled.count(), loads.cols() / 6, Eigen::Index{6}}, loads.data());
           },
           py::arg("samples"), py::arg("theta"), py::arg("payload_alone") = false, py::arg("threads") = 1,
-          "Force and moment (N, frames, 6) that all beyond a frame puts on it, in its axes, about its origin [N, N m]; "
-          "joint i has frame 2 i - 1, z its axis.")
+          "Force and moment (N, frames + loops, 6) that all beyond a frame puts on it, in its axes, about its origin "
+          "[N, N m]; joint i has frame 2 i - 1, z its axis. Behind the frames stand the loops, part 2 a rod's pull "
+          "[N].")
       .def(
           "parameter_jacobian",
           [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, int rows, int threads,

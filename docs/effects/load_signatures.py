@@ -183,11 +183,10 @@ def gravity_sag() -> Figure:
     return Figure("q2 [deg]", "joint 2 [mrad]", way, curves)
 
 
-def pin_slack() -> Figure:
-    """The pin of a palletizer's upper arm over its lower arm's way, on which the load turns."""
+def _of_palletizer(entry: dict[str, Any]) -> Figure:
+    """What an effect of a palletizer's loops moves the tool by over its lower arm's way, on which the load turns."""
     robot = load_robot("palletizer")
-    entry = {"effect": "pin_slack", "owner": "joint5", "parameters": {"gap_mm": 0.4}}
-    slack = Robot(robot.spec | {"effects": [entry]})
+    there = Robot(robot.spec | {"effects": [entry]})
     way = np.linspace(-30.0, 60.0, POINTS)
     q = np.zeros((POINTS, robot.joint_count))
     q[:, 1], q[:, 2] = to_si(30.0, "deg"), to_si(way, "deg")
@@ -195,6 +194,26 @@ def pin_slack() -> Figure:
     curves = []
     for payload in (0.0, 150.0):
         rows = Dataset.from_arrays(q, payload=np.full(POINTS, payload))
-        there, here = (predict(of, rows).position[:, 0] for of in (slack, robot))
-        curves.append((f"{payload:g} kg", from_si(there - here, "mm")))
+        moved, here = (predict(of, rows).position[:, 0] for of in (there, robot))
+        curves.append((f"{payload:g} kg", from_si(moved - here, "mm")))
     return Figure("q3 [deg]", "tool, forward [mm]", way, curves)
+
+
+def pin_slack() -> Figure:
+    """The pin of the upper arm has play."""
+    return _of_palletizer({"effect": "pin_slack", "owner": "joint5", "parameters": {"gap_mm": 0.4}})
+
+
+def pin_compliance() -> Figure:
+    """The pin of the upper arm yields."""
+    return _of_palletizer({"effect": "pin_compliance", "owner": "joint5", "parameters": {"compliance_m_n": 1e-7}})
+
+
+def rod_slack() -> Figure:
+    """The balls of the bar to the upper arm have play."""
+    return _of_palletizer({"effect": "rod_slack", "owner": "bar", "parameters": {"gap_mm": 0.4}})
+
+
+def rod_compliance() -> Figure:
+    """The bar to the upper arm yields."""
+    return _of_palletizer({"effect": "rod_compliance", "owner": "bar", "parameters": {"compliance_m_n": 1e-7}})

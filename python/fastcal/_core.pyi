@@ -400,7 +400,7 @@ class ErrorModel:
         ...
     def loads(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], payload_alone: bool = False, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> numpy.typing.NDArray[numpy.float64]:
         """
-        Force and moment (N, frames, 6) that all beyond a frame puts on it, in its axes, about its origin [N, N m]; joint i has frame 2 i - 1, z its axis.
+        Force and moment (N, frames + loops, 6) that all beyond a frame puts on it, in its axes, about its origin [N, N m]; joint i has frame 2 i - 1, z its axis. Behind the frames stand the loops, part 2 a rod's pull [N].
         """
     def parameter_jacobian(self, samples: Samples, theta: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], rows: typing.SupportsInt | typing.SupportsIndex = 3, threads: typing.SupportsInt | typing.SupportsIndex = 1, out: typing.Any = None, of: str = '') -> numpy.ndarray:
         """

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/effects/owners.hpp"
 
+#include <algorithm>
+
 #include "fastcal/math/check.hpp"
 
 namespace fastcal {
@@ -50,6 +52,43 @@ std::vector<std::string> revolute_owners(const RobotModel& robot) {
   return out;
 }
 
+std::vector<std::string> pin_owners(const RobotModel& robot) {
+  const RobotDescription& of = robot.description();
+  const auto parent = [&of](int joint) {
+    return of.parents.empty() ? joint - 1 : of.parents[static_cast<std::size_t>(joint)];
+  };
+  // A link without mass, pins and length stands between hinges or slides that are one joint, as a ball's.
+  const auto is_there = [&](int link) {
+    if (link < 0 || link == robot.joint_count() - 1 || of.bodies[static_cast<std::size_t>(link)].mass > 0) return true;
+    const bool is_pinned = std::any_of(of.loops.begin(), of.loops.end(), [link](const Loop& loop) {
+      return loop.frames.target == link_frame(link) || loop.frames.sensor == link_frame(link);
+    });
+    // Of a urdf the way to the next joint stands in the link's frame where that joint is alone on it.
+    bool is_long = !robot.chain().constants[static_cast<std::size_t>(link_frame(link))].p.isZero();
+    int on_it = 0;
+    for (int joint = link + 1; joint < robot.joint_count(); ++joint) {
+      if (parent(joint) != link) continue;
+      ++on_it;
+      is_long = is_long || !robot.chain().constants[static_cast<std::size_t>(joint_frame(joint))].p.isZero();
+    }
+    return is_pinned || is_long || on_it > 1;
+  };
+  std::vector<std::string> out;
+  for (const int joint : of.passive) {
+    const bool turns = of.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute;
+    if (turns && is_there(parent(joint)) && is_there(joint)) out.push_back("joint" + std::to_string(joint + 1));
+  }
+  return out;
+}
+
+std::vector<std::string> rod_owners(const RobotModel& robot) {
+  std::vector<std::string> out;
+  for (const Loop& loop : robot.description().loops) {
+    if (loop.kind == Loop::Kind::kRod) out.push_back(loop.name);
+  }
+  return out;
+}
+
 std::vector<std::string> frame_owners(const RobotModel& robot) {
   std::vector<std::string> out;
   out.reserve(static_cast<std::size_t>(robot.frame_count()));
@@ -88,6 +127,23 @@ int owner_index(const std::string& effect, const std::string& prefix, const std:
   FASTCAL_CHECK(false) << effect << " is owned by " << prefix << "1 to " << prefix << count << ", got '" << owner
                        << "'";
   return -1;
+}
+
+int rod_index(const std::string& effect, const std::string& owner, const RobotModel& robot) {
+  const std::vector<Loop>& loops = robot.description().loops;
+  const auto rod = std::find_if(loops.begin(), loops.end(), [&owner](const Loop& loop) {
+    return loop.kind == Loop::Kind::kRod && loop.name == owner;
+  });
+  FASTCAL_CHECK(rod != loops.end()) << effect << " is owned by a rod of a closed loop, got '" << owner << "'";
+  return robot.frame_count() + static_cast<int>(rod - loops.begin());
+}
+
+int pin_index(const std::string& effect, const std::string& owner, const RobotModel& robot) {
+  const std::vector<std::string> pins = pin_owners(robot);
+  const int joint = owner_index(effect, "joint", owner, robot.joint_count());
+  FASTCAL_CHECK(std::find(pins.begin(), pins.end(), owner) != pins.end())
+      << effect << " is owned by a passive joint that turns, got '" << owner << "'";
+  return joint;
 }
 
 std::pair<int, int> joint_pair(const std::string& effect, const std::string& owner, int count) {

@@ -47,6 +47,10 @@ std::vector<std::string> joint_pair_owners(const RobotModel& robot);
 /// Links whose own axis has a length.
 std::vector<std::string> long_link_owners(const RobotModel& robot);
 std::vector<std::string> revolute_owners(const RobotModel& robot);
+/// Pins: joints that turn and that no motor moves.
+std::vector<std::string> pin_owners(const RobotModel& robot);
+/// Loops that are rods between two balls, by their names.
+std::vector<std::string> rod_owners(const RobotModel& robot);
 /// Every frame of the chain by its name: "base", "joint1", "link1", ... "tool".
 std::vector<std::string> frame_owners(const RobotModel& robot);
 /// The one owner of an effect that a robot has but once.
@@ -54,6 +58,12 @@ std::function<std::vector<std::string>(const RobotModel&)> single_owner(const st
 
 /// Index from 0 of "joint3" or "link3"; throws InvalidInput for another owner.
 int owner_index(const std::string& effect, const std::string& prefix, const std::string& owner, int count);
+
+/// The column of Twists of the rod of that name; throws InvalidInput where it is none.
+int rod_index(const std::string& effect, const std::string& owner, const RobotModel& robot);
+
+/// The index from 0 of the pin of that name; throws InvalidInput where it is none.
+int pin_index(const std::string& effect, const std::string& owner, const RobotModel& robot);
 
 /// Indices from 0 of the joint that is acted on and of the other one; throws InvalidInput unless these are two joints.
 std::pair<int, int> joint_pair(const std::string& effect, const std::string& owner, int count);

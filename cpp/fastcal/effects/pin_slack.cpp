@@ -6,11 +6,9 @@
 //   (x, y) = gap/2 (F_x, F_y) / (F_x^2 + F_y^2 + F_0^2)^(1/2),
 // F [N] the force on the pin across its axis, of all that hangs beyond it and of the loops that end there; gap [m] the
 // diameter of the hole less that of the pin. Below F_0 = 1 N it floats. Along its axis the pin is held.
-#include <algorithm>
 #include <cmath>
 
 #include "fastcal/effects/owners.hpp"
-#include "fastcal/math/check.hpp"
 
 namespace fastcal {
 namespace {
@@ -18,25 +16,12 @@ namespace {
 constexpr double kSize = 2e-4;   // [m] a worn bush
 constexpr double kFloats = 1.0;  // [N]
 
-/// Joints that turn and that no motor moves.
-std::vector<std::string> pin_owners(const RobotModel& robot) {
-  std::vector<std::string> out;
-  for (const int joint : robot.description().passive) {
-    if (robot.description().joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute)
-      out.push_back("joint" + std::to_string(joint + 1));
-  }
-  return out;
-}
-
 class PinSlack : public LinearEffect {
  public:
   PinSlack(const RobotModel& robot, const std::string& owner, const Options& options)
-      : joint_(owner_index("pin_slack", "joint", owner, robot.joint_count())),
+      : joint_(pin_index("pin_slack", owner, robot)),
         parameters_{{owner, "gap", "m", kSize, "diameter of the hole less that of the pin", 0}} {
     check_options("pin_slack", options, {});
-    const std::vector<std::string> pins = pin_owners(robot);
-    FASTCAL_CHECK(std::find(pins.begin(), pins.end(), owner) != pins.end())
-        << "pin_slack is owned by a passive joint that turns, got '" << owner << "'";
   }
 
   const std::vector<Parameter>& parameters() const override { return parameters_; }

@@ -24,7 +24,7 @@ enum class Role {
 };
 
 /// Where it acts.
-enum class Place { kJoint, kLink, kBase, kTool, kPayload, kInstrument, kStructure, kFrame, kAnywhere };
+enum class Place { kJoint, kLink, kBase, kTool, kPayload, kInstrument, kStructure, kLoop, kFrame, kAnywhere };
 
 /// What its numbers refer to, hence which conversion between kinds of kinematics keeps their meaning.
 enum class Reference {

@@ -27,8 +27,8 @@ void RowBlock::close_loops() {
   Twists xi;
   loops_->close(joints_.data(), rows_, stride_, [&](int i) -> const Twists* {
     if (std::none_of(moved_.begin(), moved_.end(), [](bool moved) { return moved; })) return nullptr;
-    xi = Twists::Zero(6, frame_count());
-    for (int f = 0; f < frame_count(); ++f) {
+    xi = Twists::Zero(6, chain_.twist_count());
+    for (int f = 0; f < chain_.twist_count(); ++f) {
       const auto k = static_cast<std::size_t>(f);
       if (tilted_[k])
         xi.col(f) = frame_twist(f, i);
@@ -43,13 +43,18 @@ void RowBlock::add_turns(double* equations, int ld) const {
   const std::initializer_list<const TwistTable*> tables{table_, &other_table_};
   for (const TwistTable* table : tables) {
     for (const TwistTable::Entry& entry : table->entries()) {
-      const int joint = chain_.tree->joint(entry.frame);
-      if (entry.values.empty() || joint < 0) continue;
       const auto& [column, scale] = wanted_[static_cast<std::size_t>(entry.parameter)];
+      if (entry.values.empty() || column < 0) continue;
+      double* to = equations + static_cast<Eigen::Index>(column) * ld;
+      if (entry.frame >= frame_count()) {
+        if (const double* longer = entry.part(kAlongRod, stride_)) loops_->add_rod(entry.frame, scale, longer, to);
+        continue;
+      }
+      const int joint = chain_.tree->joint(entry.frame);
+      if (joint < 0) continue;
       const int part = chain_.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute ? 5 : 2;
       const double* rows = entry.part(part, stride_);
-      if (column >= 0 && rows != nullptr)
-        loops_->add_turn(joint, scale, rows, equations + static_cast<Eigen::Index>(column) * ld);
+      if (rows != nullptr) loops_->add_turn(joint, scale, rows, to);
     }
   }
 }

@@ -72,7 +72,7 @@ RowEvaluator::RowEvaluator(const ErrorModel& model, const Eigen::Ref<const Eigen
     : model_(model),
       theta_(checked(model, theta)),
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
-      xi_(Twists::Zero(6, chain_.frame_count())),
+      xi_(Twists::Zero(6, chain_.twist_count())),
       steady_(xi_) {
   if (chain_.has_loops()) assembler_.emplace(chain_);
 }
@@ -167,6 +167,9 @@ void RowEvaluator::follow_loops() {
     add(row.frames.target, row.by_target);
     add(row.frames.sensor, row.by_sensor);
     for (const auto& [parameter, by] : row.by_parameter) by_parameter(r, parameter) += by;
+    for (const auto& column : columns_) {
+      if (column.frame == row.rod) by_parameter(r, column.parameter) -= column.xi[kAlongRod];
+    }
     for (const auto& [joint, share] : row.by_turn) {
       const int part = chain_.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute ? 5 : 2;
       for (const auto& column : columns_) {

@@ -99,6 +99,13 @@ void LoopBlock::add_turn(int joint, double scale, const double* by, double* colu
   }
 }
 
+void LoopBlock::add_rod(int rod, double scale, const double* by, double* column) const {
+  for (int r = 0; r < passive_count() && rows_ > 0; ++r) {
+    if (equations_.front()[static_cast<std::size_t>(r)].rod != rod) continue;
+    for (int i = 0; i < rows_; ++i) column[r * stride_ + i] -= scale * by[i];
+  }
+}
+
 void LoopBlock::eliminate(int count, int numbers, double* block, int ld, double* equations, int equations_ld) const {
   const int m = passive_count();
   Eigen::MatrixXd C(m, m), by(m, count), seen(numbers, m);

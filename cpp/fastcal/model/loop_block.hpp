@@ -38,6 +38,8 @@ class LoopBlock {
   void add_own(const Wanted& wanted, int first_passive, double* columns, int ld) const;
   /// Adds `scale` times the turn `by` (stride) of a joint, a parameter's, to a column.
   void add_turn(int joint, double scale, const double* by, double* column) const;
+  /// The same of how much longer (stride) a rod is, by its column of Twists.
+  void add_rod(int rod, double scale, const double* by, double* column) const;
 
   /// Takes the passive joints out of the first `count` columns of `block`, `numbers` numbers each: its last columns and
   /// those of `equations` are theirs.

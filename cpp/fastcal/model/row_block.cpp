@@ -37,14 +37,14 @@ RowBlock::RowBlock(const ErrorModel& model, const Eigen::Ref<const Eigen::Vector
       chain_(model.robot().chain(theta.head(model.robot().nominal().size()))),
       wanted_(static_cast<std::size_t>(model.parameter_count()), {-1, 0.0}),
       free_count_(free.size()),
-      xi_(Twists::Zero(6, chain_.frame_count())),
-      moved_(static_cast<std::size_t>(frame_count())),
+      xi_(Twists::Zero(6, chain_.twist_count())),
+      moved_(static_cast<std::size_t>(chain_.twist_count())),
       tilted_(moved_),
       frame_xi_(moved_.size()),
-      angle_(moved_.size()),
-      motion_(moved_.size()),
-      frames_(moved_.size()),
-      steps_(moved_.size() * kernels::kMostSteps) {
+      angle_(static_cast<std::size_t>(frame_count())),
+      motion_(angle_.size()),
+      frames_(angle_.size()),
+      steps_(angle_.size() * kernels::kMostSteps) {
   for (std::size_t k = 0; k < free.size(); ++k) {
     if (free[k] < model.parameter_count())
       wanted_[static_cast<std::size_t>(free[k])] = {static_cast<int>(k), scale[static_cast<Eigen::Index>(k)]};
@@ -257,7 +257,7 @@ void RowBlock::ask_others(const Samples& samples, Eigen::Index begin, bool sums)
       for (std::size_t c = before; c < columns_.size(); ++c) columns_[c].parameter += first;
     }
     other_table_.add(columns_, i);
-    for (int f = 0; f < frame_count(); ++f) {
+    for (int f = 0; f < chain_.twist_count(); ++f) {
       const auto xi = xi_.col(f);
       if (xi.cwiseAbs().sum() == 0) continue;
       const bool turns = is_turn_about_z(xi);
@@ -335,7 +335,7 @@ void RowBlock::find_twists(int of) {
   moving_.clear();
   for (const TwistTable* table : tables) {
     for (const TwistTable::Entry& entry : table->entries()) {
-      if (entry.values.empty()) continue;
+      if (entry.values.empty() || entry.frame >= frame_count()) continue;
       kernels::TwistRows* twist = add_twist(entry.parameter, entry.frame, entry.frame, moving_);
       for (int k = 0; twist != nullptr && k < 6; ++k) {
         if (const double* part = entry.part(k, stride_)) add_term(k, 0, part, *twist);

@@ -106,7 +106,7 @@ class RowBlock {
   void open_jacobian(const kernels::NumberRows& numbers, double* block, int ld);
   /// write_jacobian() of a robot with loops.
   void write_closed_jacobian(int of, int numbers, double* out);
-  /// Columns of the loops' equations by the twists of effects about joints that the equations name.
+  /// Columns of the loops' equations by the twists of effects about joints and along rods that the equations name.
   void add_turns(double* equations, int ld) const;
   int column_count() const { return static_cast<int>(free_count_) + (loops_ ? loops_->passive_count() : 0); }
   /// Zeros for the columns that no twist is part of.
@@ -126,8 +126,8 @@ class RowBlock {
   TwistColumns columns_;
   TwistTable own_table_, other_table_;
   const TwistTable* table_ = &own_table_;  // of the linear effects
-  std::vector<bool> moved_, tilted_;       // by frame
-  std::vector<AlignedNumbers> frame_xi_;   // by frame: (6, stride)
+  std::vector<bool> moved_, tilted_;       // by frame, then by loop
+  std::vector<AlignedNumbers> frame_xi_;   // by frame, then by loop: (6, stride)
   std::vector<AlignedNumbers> angle_;      // by frame: angle, shift, sine, cosine
   std::vector<AlignedNumbers> motion_;     // by frame: (12, stride)
 

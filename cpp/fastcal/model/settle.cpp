@@ -106,7 +106,8 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   samples.gravity = gravity_in_world(robot, chain.constants[kBaseFrame]);
   const bool goes_on = options.goes_on && samples.load.rows() == rows;
   samples.frames.resize(static_cast<std::size_t>(rows * frames));
-  if (!goes_on) samples.load = samples.payload_load = RowMatrixXd::Zero(rows, 6 * frames);
+  const Eigen::Index load_numbers = 6 * static_cast<Eigen::Index>(chain.twist_count());
+  if (!goes_on) samples.load = samples.payload_load = RowMatrixXd::Zero(rows, load_numbers);
   if (!goes_on) samples.compliance = RowMatrixXd::Zero(rows, chain.joint_count());
   samples.spring = Eigen::VectorXd::Zero(rows);
   fill_output(model, theta, samples);
@@ -128,7 +129,7 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   parallel_chunks(rows, threads, [&](Eigen::Index chunk, Eigen::Index begin, Eigen::Index end) {
     if (springs && settle_with_springs(model, theta, *springs, begin, end, samples)) return;
     RowEvaluator evaluator(model, theta);
-    Eigen::VectorXd before(6 * frames);
+    Eigen::VectorXd before(load_numbers);
     std::vector<Eigen::Vector3d> ends_before(chain.tree->branches().size(), Eigen::Vector3d::Zero());
     for (Eigen::Index i = begin; i < end; ++i) {
       const State state = samples.row(i);

@@ -17,6 +17,7 @@ namespace fastcal {
 struct LoopRow {
   double value = 0;  ///< [m], [rad]; 0 where the loop is closed
   View frames;
+  int rod = -1;                           ///< of a rod: the column of Twists by which effects lengthen it
   Vector6d by_target = Vector6d::Zero();  ///< by [v; w] of the frame's origin, axes of the measuring frame
   Vector6d by_sensor = Vector6d::Zero();
   std::vector<std::pair<int, double>> by_turn;       ///< by the turns of joints

@@ -10,8 +10,10 @@
 
 namespace fastcal {
 
-/// One body twist [v; w] a frame, 6 x frames.
+/// One body twist [v; w] a frame, then one column a loop: 6 x Chain::twist_count().
 using Twists = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+/// The part of a loop's column that lengthens its rod [m]; of its load the rod's pull [N].
+constexpr int kAlongRod = 2;
 
 /// Does the twist turn its frame about the frame's own z axis and nothing else (or nothing at all)? Such twists
 /// commute.

@@ -5,7 +5,8 @@
 //   tau_p + sum_r f_r d e_r / d q_p = 0
 // (virtual work), tau_p the load about a passive joint of all that hangs beyond it in the open tree. f_r acts with
 // f_r d e_r / d [v; w] on the frames that the equation joins, and goes down the tree from there; an equation between
-// turns of joints is a torque of these joints alone.
+// turns of joints is a torque of these joints alone. A rod's pull is -f_r: it pulls its ends together.
+#include <algorithm>
 
 #include "fastcal/math/pivoted_lu.hpp"
 #include "fastcal/robot/statics.hpp"
@@ -20,6 +21,7 @@ void add_forces(const Chain& chain, const Assembler& loops, double* load) {
     return 6 * tree.frame_of_joint(joint) +
            (chain.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute ? 5 : 2);
   };
+  std::fill_n(load + 6 * chain.frame_count(), 6 * chain.loops.size(), 0.0);
   Eigen::VectorXd tau(static_cast<Eigen::Index>(chain.passive.size()));
   for (std::size_t p = 0; p < chain.passive.size(); ++p)
     tau[static_cast<Eigen::Index>(p)] = load[part(chain.passive[p])];
@@ -28,6 +30,7 @@ void add_forces(const Chain& chain, const Assembler& loops, double* load) {
   for (std::size_t r = 0; r < loops.rows().size(); ++r) {
     const LoopRow& row = loops.rows()[r];
     const double f = force[static_cast<Eigen::Index>(r)];
+    if (row.rod >= 0) load[6 * row.rod + kAlongRod] = -f;
     const auto push = [&](int at, const Vector6d& slope) {
       if (at == kWorldFrame) return;
       const Eigen::Vector3d F = f * slope.head<3>();

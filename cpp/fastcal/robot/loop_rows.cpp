@@ -131,6 +131,11 @@ std::vector<LoopRow> loop_rows(const Chain& chain, std::span<const Pose> T_world
       out.push_back(loop.kind == Loop::Kind::kRod ? rod_row(loop, pins)
                                                   : pose_row(loop, loop.fixed[static_cast<std::size_t>(c)], pins));
     }
+    if (loop.kind == Loop::Kind::kRod) {
+      LoopRow& row = out.back();
+      row.rod = chain.rod_twist(static_cast<int>(&loop - chain.loops.data()));
+      if (xi != nullptr) row.value -= (*xi)(kAlongRod, row.rod);
+    }
     if (q == nullptr) return;
     for (const auto& [joint, share] : out.back().by_turn) out.back().value += share * turn(joint);
   };

@@ -115,6 +115,10 @@ struct Chain {
 
   int joint_count() const { return static_cast<int>(joint_types.size()); }
   int frame_count() const { return static_cast<int>(constants.size()); }
+  /// Columns of Twists and of loads: the frames, and behind them the loops, whose part kAlongRod is what effects make a
+  /// rod longer, and its pull.
+  int twist_count() const { return frame_count() + static_cast<int>(loops.size()); }
+  int rod_twist(int loop) const { return frame_count() + loop; }
   bool is_serial() const { return tree->is_serial(); }
   bool has_loops() const { return !passive.empty(); }
 };

@@ -48,8 +48,9 @@ struct State {
   const Chain* chain = nullptr;     ///< the geometry as far as it is identified, no effect in it
   const Pose* frames = nullptr;     ///< T_world_frame of the deflected arm, one a frame
   const double* gravity = nullptr;  ///< [m/s^2] in the measuring frame
-  const double* load =
-      nullptr;  ///< 6 a frame: force and moment that all beyond puts on the frame, its axes, its origin [N, N m]
+  /// 6 a frame: force and moment that all beyond puts on the frame, its axes, its origin [N, N m]; then 6 a loop, of
+  /// which kAlongRod is a rod's pull [N].
+  const double* load = nullptr;
   const double* payload_load = nullptr;  ///< the payload's and the wrench's share of `load`
   const double* output = nullptr;        ///< n joint positions behind the gears: q with the identified reduction ratios
   const double* compliance = nullptr;    ///< n slopes d q / d torque of all compliances of the joint [rad/(N m), m/N]
@@ -78,7 +79,7 @@ struct Samples {
   std::shared_ptr<const Chain> chain;
   std::vector<Pose> frames;  ///< N x frames
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
-  RowMatrixXd load, payload_load;  ///< (N, 6 frames)
+  RowMatrixXd load, payload_load;  ///< (N, 6 Chain::twist_count())
   RowMatrixXd output, compliance;  ///< (N, n)
   Weights weights;
   Eigen::VectorXd spring;  ///< (N)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.curvature import bend_caveat
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.kind_noise import noise_by_kind, scaled
 from fastcal.calibration.never_worse import is_worse, never_worse
@@ -118,6 +119,8 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
         limits |= {} if held is None else held.pull
     near = near_fit(part, found) if way.checks and found.status == "converged" else None
     serial, more, caveats = (None, [], []) if near is None else noise_and_posture(near, part, found)
+    bent = [] if near is None else bend_caveat(near, part)
+    caveats, more = [*caveats, *bent], [*more, *bent]
     aside = [*fit.moved, *([] if chosen.why else fit.set_aside)]
     return BestFit(
         problem, found, Checks(serial, [*notes, *more], aside, caveats, notes), held, limits, status, message

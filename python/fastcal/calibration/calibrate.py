@@ -39,7 +39,7 @@ from fastcal.calibration.parameter_table import (
 )
 from fastcal.calibration.picture_outliers import outlier_notes
 from fastcal.calibration.pictures import Pictures, check_pictures, judged_pictures, seen_by_model
-from fastcal.calibration.placed_test import evaluated_test
+from fastcal.calibration.placed_test import evaluated_test, other_place_notes
 from fastcal.calibration.postures import check_postures, saturated
 from fastcal.calibration.problem import prepare
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
@@ -275,6 +275,7 @@ def calibrate(
             *(note for note in seen.notes if note not in (*seen.caveats, *doubts)),
             *([fit.message] if agrees_on_nothing else []),
             *([] if test is None else shared_row_notes([data] if long is None else long.parts(moves=False), test)),
+            *([] if tested is None else other_place_notes(tested)),
             *placing,
             *beyond,
         ],

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.evaluation import Evaluation, best_motion, evaluate
 from fastcal.calibration.unknowns import fitted_unknowns
@@ -17,6 +18,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
+from fastcal.units import from_si
 
 _NAMED = 6  # of unknown places in a sentence
 _FEWEST = 6  # points that place a base by six numbers and leave something to judge
@@ -83,6 +85,19 @@ def placing_notes(model: Robot, test: Dataset) -> list[str]:
     if test.station is not None or not _entries(model, "stations"):
         return []
     return [f"{test.source}: has no column station: its base is fitted to its own points, where its errors are judged"]
+
+
+def other_place_notes(test: Evaluation) -> list[str]:
+    """A sentence where test rows fit far better once the tracker, or the arm's base, stands elsewhere."""
+    if test.aligned is None:
+        return []
+    motion = test.aligned.motion
+    away, turned = from_si(float(np.linalg.norm(motion[:3, 3])), "mm"), np.linalg.norm(_core.log_so3(motion[:3, :3]))
+    return [
+        f"{test.data.source}: these rows fit with {test.aligned.after.to_mm()['rms']:.3g} mm RMS where the tracker or "
+        f"the base stands elsewhere, moved by {away:.4g} mm and turned by {from_si(float(turned), 'deg'):.3g} deg: the "
+        "error on them is that of the place; `fastcal check` fits it, and rows of several places have a column station"
+    ]
 
 
 def _entries(model: Robot, labels: str) -> list[Spec]:

@@ -15,7 +15,7 @@ from fastcal.calibration.kind_misfits import gross_misfits
 from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.parallel import workers
 from fastcal.calibration.pictures import check_pictures, judged_pictures
-from fastcal.calibration.placed_test import placing_notes
+from fastcal.calibration.placed_test import other_place_notes, placing_notes
 from fastcal.calibration.postures import check_postures, too_few_postures
 from fastcal.diagnosis import grading, rivals, rules, suspect_columns, unexplained
 from fastcal.diagnosis.branch_posture import unrecorded_branch
@@ -127,6 +127,7 @@ def diagnose(
             result = replace(result, sentence=sentence, notes=[reading.words, *result.notes])
     unexplained_by_any = check_fit(robot, result.steps[0].train, as_read=as_read)
     shared = [] if test is None else [*shared_row_notes([data], test), *placing_notes(result.model, test)]
+    shared += [] if result.test is None else other_place_notes(result.test)
     of_the_file = [
         found_loop_cause(robot, found.fit, exclude, all_found=result.unexplained is None),
         unrecorded_branch(robot, data, found.fit, exclude),

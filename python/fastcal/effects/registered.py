@@ -64,7 +64,7 @@ class States:
         """(N, 6) `load` of a frame by its name, "base", "joint3", "link3" or "tool"."""
         if self.load is None:
             raise InvalidInput(f"an effect asks for the load on {frame} and was not registered with follows_loads=True")
-        names = [self.robot.frame_name(k) for k in range(self.load.shape[1])]
+        names = [self.robot.frame_name(k) for k in range(self.robot.frame_count)]
         if frame not in names:
             raise InvalidInput(f"no frame is called '{frame}'; there are {', '.join(names)}")
         return self.load[:, names.index(frame)]

@@ -11,7 +11,7 @@ from typing import Literal, get_args
 from fastcal.errors import InvalidInput
 
 Role = Literal["cause", "nuisance", "load modifier", "curve", "scanned", "on request"]
-Place = Literal["joint", "link", "base", "tool", "payload", "instrument", "structure", "frame", "anywhere"]
+Place = Literal["joint", "link", "base", "tool", "payload", "instrument", "structure", "loop", "frame", "anywhere"]
 Reference = Literal["axes", "base", "flange", "rows"]
 
 

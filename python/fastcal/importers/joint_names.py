@@ -64,7 +64,7 @@ def check_named(export: Export, names: Sequence[str]) -> None:
 
 
 def motors_of(robot: Robot) -> list[int]:
-    """Joints, from 0, that neither another one (`mimic`) nor a closed loop moves; all where not every joint has a name."""
+    """Joints, from 0, that neither another one (`mimic`) nor a closed loop moves; all where some joint has no name."""
     if any(joint.name is None for joint in robot.joints):
         return list(range(robot.joint_count))
     driven = {mimic[0] for mimic in robot.mimics} | set(robot.passive)

@@ -28,6 +28,7 @@ EVERY = ("x", "y", "z", "rx", "ry", "rz")
 HELD = {"revolute": EVERY[:5], "prismatic": (*EVERY[:2], *EVERY[3:]), "ball": EVERY[:3], "fixed": EVERY}
 _AXES = np.eye(3)
 _FARTHEST = 10.0  # [m] of a slide without limits
+_ROUNDING = 1e-90  # [m], [rad]
 
 
 @dataclass(eq=False)
@@ -116,6 +117,7 @@ def mechanism_spec(of: Mechanism, motors: Iterable[str], base_link: str = "", ti
     if not tip_link:
         of.fail(f"where does the tool go? Give tip_link, one of {_listed([*of.frames, *of.links])}")
     tip, T_tip = of.frame(tip_link)
+    _turn_round(of, base, tip, driven)
     tree, cuts = _spanning_tree(of, base, driven)
     pins = [*of.pins, *(_cut(of, joint, driven) for joint in cuts)]
     if tip not in {base, *(joint.child for joint in tree)}:
@@ -166,6 +168,58 @@ def _root(of: Mechanism) -> str:
         of.fail("every link is moved by a joint; give base_link, the one that stands still")
     standing = [joint.parent for joint in of.joints if joint.parent in roots]
     return standing[0] if standing else roots[0]
+
+
+def _turn_round(of: Mechanism, base: str, tip: str, driven: set[str]) -> None:
+    """Rods that hang on the tool's link and are pinned elsewhere are hung up there: the tool comes last.
+
+    The joint at the tool's link closes the loop then, and the pins become a joint.
+    """
+    rigid = {tip}
+    while (
+        more := {
+            end for j in of.joints if j.kind == "fixed" and {j.parent, j.child} & rigid for end in (j.parent, j.child)
+        }
+        - rigid
+    ):
+        rigid |= more
+    if base in rigid:
+        return
+    for first in [j for j in of.joints if j.parent in rigid and j.child not in rigid and j.name not in driven]:
+        beyond = _links_beyond(of, first)
+        pins = next((p for p in of.pins if p.length_mm is None and len(beyond & set(p.links)) == 1), None)
+        kind = None if pins is None else {EVERY[:3]: "ball", EVERY: "fixed"}.get(pins.fixed)
+        way = [joint for joint in of.joints if joint.child in beyond and joint.name in driven]
+        if pins is None or kind is None or way or first.kind not in HELD:
+            continue
+        near, far = pins.links if pins.links[1] in beyond else pins.links[::-1]
+        T_near, T_far = pins.T_link_pin if pins.links[1] in beyond else pins.T_link_pin[::-1]
+        of.pins.remove(pins)
+        by_child = {joint.child: joint for joint in of.joints}
+        link = far
+        while link != first.child:
+            joint = by_child[link]
+            of.joints[of.joints.index(joint)] = _reversed(joint)
+            link = joint.parent
+        of.joints.append(JointOf(pins.name, kind, near, far, T_near, _AXES[2], se3.inverse(T_far)))
+        of.joints.remove(first)
+        of.pins.append(_cut(of, first, driven))
+
+
+def _links_beyond(of: Mechanism, joint: JointOf) -> set[str]:
+    """Links that a joint carries."""
+    out = {joint.child}
+    while more := {other.child for other in of.joints if other.parent in out} - out:
+        out |= more
+    return out
+
+
+def _reversed(joint: JointOf) -> JointOf:
+    """The same joint seen from its child: T_child_parent = T_jc^-1 exp(-q axis) T_pj^-1."""
+    return JointOf(
+        joint.name, joint.kind, joint.child, joint.parent, se3.inverse(joint.T_joint_child), -joint.axis,
+        se3.inverse(joint.T_parent_joint), joint.low, joint.high, joint.start,
+    )  # fmt: skip
 
 
 def _spanning_tree(of: Mechanism, base: str, driven: set[str]) -> tuple[list[JointOf], list[JointOf]]:
@@ -330,7 +384,7 @@ class _Writing:
                 before, moment = sums.get(self.at[link][0], (0.0, np.zeros(3)))
                 sums[self.at[link][0]] = before + mass, moment + mass * place
         for number, (mass, moment) in sums.items():
-            com = [from_si(float(v), "mm") for v in moment / mass]
+            com = [_in("mm", v) for v in moment / mass]
             self.entries[number - 1]["link"] = {"mass_kg": mass, "com_mm": com}
 
 
@@ -353,9 +407,14 @@ def _single(joint: JointOf) -> list[tuple[str, FloatArray]]:
 
 def _frame(T: FloatArray) -> Spec:
     return {
-        "xyz_mm": [from_si(float(v), "mm") for v in T[:3, 3]],
-        "rpy_deg": [from_si(float(v), "deg") for v in se3.rotation_to_rpy(T[:3, :3])],
+        "xyz_mm": [_in("mm", v) for v in T[:3, 3]],
+        "rpy_deg": [_in("deg", v) for v in se3.rotation_to_rpy(T[:3, :3])],
     }
+
+
+def _in(unit: str, value: float) -> float:
+    """A number of SI in a unit; what rounding has left of 0 is 0."""
+    return from_si(float(value), unit) if abs(value) > _ROUNDING else 0.0
 
 
 def _plain(name: str) -> str:

@@ -13,10 +13,12 @@ import numpy as np
 from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.fields import Fields
+from fastcal.io.loop_lists import add_closing_frames, add_lists, closing_frame, onshape_motors, urdf_of
 from fastcal.io.mechanism import EVERY, Mechanism, Pins, Ratio, mechanism_spec
+from fastcal.io.mechanism_closing import close
 from fastcal.io.mjcf_file import read_mjcf
 from fastcal.io.sdf_file import read_sdf
-from fastcal.io.urdf_mechanism import read_urdf_mechanism
+from fastcal.io.urdf_mechanism import LOOP_ELEMENTS, read_urdf_mechanism
 from fastcal.io.xml_text import read_xml
 from fastcal.robot import se3
 from fastcal.units import to_si
@@ -33,7 +35,21 @@ def read_mechanism(path: Path, base_link: str = "", tip_link: str = "") -> Spec:
         ParseError: What closes its loops, its motors or its ends are not understood; one sentence.
     """
     of, motors = _mechanism(path)
-    return mechanism_spec(of, _motors(of, motors), base_link, tip_link)
+    driven = _motors(of, motors)
+    if path.suffix.lower() == ".urdf":
+        close(of, driven)
+    return mechanism_spec(of, driven, base_link, tip_link)
+
+
+def with_lists(value: Spec, path: Path, base_link: str = "", tip_link: str = "") -> Spec:
+    """The same of a list of frames that coincide (`loop_lists`) and the URDF beside it.
+
+    Raises:
+        ParseError: A frame, joint or type is not known, or the ends are not; one sentence.
+    """
+    of, _ = _mechanism(urdf_of(path))
+    of.path = str(path)
+    return mechanism_spec(of, add_lists(of, value, path), base_link, tip_link)
 
 
 def with_loops(value: Spec, path: Path) -> Spec:
@@ -44,7 +60,8 @@ def with_loops(value: Spec, path: Path) -> Spec:
     """
     top = Fields(value, "", path)
     ends = {key: top.text(key) if top.has(key) else "" for key in ("base_link", "tip_link")}
-    of, motors = _mechanism(path.parent / top.text("urdf"))
+    file = path.parent / top.text("urdf")
+    of, motors = _mechanism(file)
     if (given := top.optional("motors")) is not None:
         if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
             top.fail("motors", "a list of names of joints", given)
@@ -52,11 +69,17 @@ def with_loops(value: Spec, path: Path) -> Spec:
     loops = top.take("loops", [])
     if not isinstance(loops, list):
         top.fail("loops", "a list", loops)
+    ends_given = {str(entry.get("from")) for entry in loops if isinstance(entry, dict)}
+    of.pins = [pins for pins in of.pins if not ends_given & set(pins.links)]  # the file's own word on closing frames
+    closes_itself = bool(of.pins) and not loops and file.suffix.lower() == ".urdf"
     for k, entry in enumerate(loops):
         _add_loop(of, Fields(entry, f"loops[{k + 1}]", path), f"loop{k + 1}")
     _start(of, top)
+    driven = _motors(of, motors)
+    if closes_itself:
+        close(of, driven)
     known = ("urdf", "base_link", "tip_link", "motors", "loops", "start_deg", "start_mm")
-    return mechanism_spec(of, _motors(of, motors), **ends) | {k: v for k, v in value.items() if k not in known}
+    return mechanism_spec(of, driven, **ends) | {k: v for k, v in value.items() if k not in known}
 
 
 def closed_by_itself(xml: str, path: Path) -> None:
@@ -78,13 +101,14 @@ def closed_by_itself(xml: str, path: Path) -> None:
                 path,
             )
         by_child[link] = name
-    for tag in ("loop_joint", "constraint"):
-        if (element := root.find(tag)) is not None:
-            raise ParseError(
-                f"<{tag}> '{element.get('name', '')}' closes a loop, which is not read from a URDF; give the loop in a "
-                "robot file (kinematics: urdf, urdf: FILE) with motors: [...] and loops: [...]",
-                path,
-            )
+    closing = [f"<{tag}> '{each.get('name', '')}' closes" for tag in LOOP_ELEMENTS for each in root.findall(tag)]
+    closing += [f"frames '{name}_1' and '{name}_2' close" for name in [closing_frame(xml)] if name]
+    if closing:
+        raise ParseError(
+            f"{closing[0]} a loop, and nothing says which joints have motors; name the URDF in a robot file "
+            "(kinematics: urdf, urdf: FILE) with its motors: [...] and tip_link",
+            path,
+        )
 
 
 def _parsed(text: str) -> ET.Element:
@@ -128,7 +152,9 @@ def _mechanism(path: Path) -> tuple[Mechanism, list[str] | None]:
         if root.tag == "sdf":
             return read_sdf(str(path), root), None
         if root.tag == "robot":
-            return read_urdf_mechanism(str(path), root), None
+            of = read_urdf_mechanism(str(path), root)
+            add_closing_frames(of)
+            return of, onshape_motors(path, of) if of.pins else None
     except KeyError as error:
         raise ParseError(f"an element lacks {error}", path) from None
     except ValueError as error:

@@ -17,8 +17,9 @@ from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.correction_file import read_correction, write_correction
 from fastcal.io.fields import Fields
+from fastcal.io.loop_lists import closing_frame, is_loop_list
 from fastcal.io.mechanism_file import ENDINGS as MECHANISMS
-from fastcal.io.mechanism_file import read_mechanism, with_loops
+from fastcal.io.mechanism_file import read_mechanism, with_lists, with_loops
 from fastcal.io.regular_file import is_folder, is_there
 from fastcal.io.rig_file import cell_spec, is_cell
 from fastcal.io.robot_schema import Spec, check_spec
@@ -26,7 +27,7 @@ from fastcal.io.robot_source import RobotSource
 from fastcal.io.ur_files import is_ur_kinematics, ur_spec
 from fastcal.io.urdf_file import ENDINGS, read_urdf, urdf_text, what_urdf_loses
 from fastcal.io.urdf_in_place import in_place, is_from_urdf
-from fastcal.io.xml_text import xml_bytes
+from fastcal.io.xml_text import read_xml, xml_bytes
 from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.loops import has_branches
@@ -96,20 +97,30 @@ def read_spec(
         value = read_yaml(path)
     if is_cell(value) and not links:
         value = cell_spec(value, path, read_spec)
-    if is_ur_kinematics(value) and not links:
-        value = ur_spec(value, path)
-    elif isinstance(value, dict) and value.get("kinematics") == "urdf" and "urdf" in value:
-        value = _with_urdf(value | links, path, xacro)
-    elif links:
-        raise ParseError(f"{' and '.join(links)} choose an arm in a URDF, and this robot is not one", path)
+    value = _with_parts(value, path, links, xacro)
     if isinstance(value, dict):
         value.setdefault("name", path.stem)
     return _with_correction(check_spec(value, path), path)
 
 
+def _with_parts(value: Any, path: Path, links: dict[str, str], xacro: Mapping[str, str] | None) -> Any:
+    """The content of a YAML file with what it names: a UR's calibration, a URDF beside it, a list of its loops."""
+    if is_ur_kinematics(value) and not links:
+        return ur_spec(value, path)
+    if isinstance(value, dict) and value.get("kinematics") == "urdf" and "urdf" in value:
+        return _with_urdf(value | links, path, xacro)
+    if is_loop_list(value):
+        return with_lists(value, path, **links)
+    if links:
+        raise ParseError(f"{' and '.join(links)} choose an arm in a URDF, and this robot is not one", path)
+    return value
+
+
 def _described(path: Path, base_link: str, tip_link: str, xacro: Mapping[str, str] | None) -> Spec:
     """What a URDF, a xacro, an SDF or an MJCF file holds."""
-    if path.suffix.lower() in MECHANISMS:
+    if path.suffix.lower() in MECHANISMS or (
+        path.suffix.lower() == ".urdf" and (path.parent / "config.json").is_file() and closing_frame(read_xml(path))
+    ):
         return read_mechanism(path, base_link, tip_link)
     return read_urdf(path, base_link, tip_link, xacro)
 

@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""URDF as links and joints, of which a file beside it closes loops."""
+"""URDF as links and joints, and what closes its loops: a file beside it, or elements of its own.
+
+`constraint` is the element proposed for urdfdom (https://github.com/ros/urdfdom/pull/264): two frames, each with an
+axis. `loop_joint` is that of exporters of CAD programs: two points, and an axis of the parent alone.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +12,14 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from fastcal import _core
 from fastcal.arrays import FloatArray
-from fastcal.io.mechanism import JointOf, Mechanism, Ratio, direction, numbers
+from fastcal.io.mechanism import HELD, JointOf, Mechanism, Pins, Ratio, direction, numbers
 from fastcal.robot import se3
 
 _KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+_CLOSURES = _KINDS | {"spherical": "ball", "ball": "ball"}
+LOOP_ELEMENTS = ("constraint", "loop_joint")
 
 
 def read_urdf_mechanism(path: str, root: ET.Element) -> Mechanism:
@@ -28,7 +35,8 @@ def read_urdf_mechanism(path: str, root: ET.Element) -> Mechanism:
         if not kind:
             of.fail(f"joint '{name}' is of type {joint.get('type')}, which is not understood in a mechanism with loops")
         axis, limit, mimic = (joint.find(key) for key in ("axis", "limit", "mimic"))
-        along = direction("1 0 0" if axis is None else axis.get("xyz", "1 0 0"), path)
+        has_axis = axis is not None and kind != "fixed"  # of fixed ones exporters write 0 0 0
+        along = direction(axis.get("xyz", "1 0 0") if axis is not None and has_axis else "1 0 0", path)
         low, high = -np.inf, np.inf
         if limit is not None and joint.get("type") != "continuous":
             low, high = float(limit.get("lower", 0)), float(limit.get("upper", 0))
@@ -39,6 +47,7 @@ def read_urdf_mechanism(path: str, root: ET.Element) -> Mechanism:
                 for key, usual in (("multiplier", "1"), ("offset", "0"))
             )
             of.ratios.append(Ratio(f"{name}_mimic", name, {mimic.attrib["joint"]: factor}, offset))
+    of.pins += [_closure(of, element) for tag in LOOP_ELEMENTS for element in root.findall(tag)]
     for element in root.findall("link"):
         inertial = element.find("inertial")
         mass = None if inertial is None else inertial.find("mass")
@@ -46,6 +55,33 @@ def read_urdf_mechanism(path: str, root: ET.Element) -> Mechanism:
             value = float(numbers(mass.get("value", "0"), path, 1)[0])
             of.bodies[element.attrib["name"]] = value, _origin(inertial, path)[:3, 3]
     return of
+
+
+def _closure(of: Mechanism, element: ET.Element) -> Pins:
+    """The pins of a `constraint` or `loop_joint`, z along its axis."""
+    name, kind = element.get("name", ""), _CLOSURES.get(element.get("type", ""), "")
+    links = _end(of, element, "parent"), _end(of, element, "child")
+    axes = [_axis(element, f"{end}_axis", of.path) for end in ("parent", "child")]
+    lacks_axis = any(axis is None for axis in axes)
+    if not kind or (kind == "prismatic" and lacks_axis):
+        of.fail(
+            f"<{element.tag}> '{name}' is of type {element.get('type')}, which is not understood; give this loop in a "
+            "robot file (kinematics: urdf, urdf: FILE) with motors: [...] and loops: [...]"
+        )
+    if kind == "revolute" and lacks_axis:
+        kind = "ball"  # where the hinge's axis is in the child is not said; a flat loop holds it itself
+    places = []
+    for end, axis in zip(("parent", "child"), axes, strict=True):
+        turn = np.eye(4)
+        if axis is not None and kind in ("revolute", "prismatic"):
+            turn[:3, :3] = _core.rotation_to_axis(axis.tolist())
+        places.append(_origin(element, of.path, f"{end}_origin") @ turn)
+    return Pins(name, links, (places[0], places[1]), tuple(HELD[kind]))
+
+
+def _axis(element: ET.Element, key: str, path: str) -> FloatArray | None:
+    axis = element.find(key)
+    return None if axis is None else direction(axis.get("xyz", "1 0 0"), path)
 
 
 def _end(of: Mechanism, joint: ET.Element, key: str) -> str:
@@ -56,8 +92,8 @@ def _end(of: Mechanism, joint: ET.Element, key: str) -> str:
     return link
 
 
-def _origin(element: ET.Element, path: str) -> FloatArray:
-    origin = element.find("origin")
+def _origin(element: ET.Element, path: str, key: str = "origin") -> FloatArray:
+    origin = element.find(key)
     if origin is None:
         return np.eye(4)
     turn = numbers(origin.get("rpy", "0 0 0"), path, 3)

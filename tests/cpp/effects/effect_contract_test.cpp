@@ -256,10 +256,10 @@ TEST_P(EffectContract, UnknownOwnersAndOptionsAreRefused) {
   EXPECT_THROW(make_effect(GetParam(), complete_arm(), owners().front(), options), InvalidInput);
 }
 
-/// All but those of closed loops, which tests/python/effects/test_pin_slack.py asks the same.
+/// All but those of closed loops, which tests/python/effects/test_pin_slack.py and test_rods.py ask the same.
 std::vector<std::string> names_on_this_arm() {
   std::vector<std::string> out = effect_names();
-  out.erase(std::find(out.begin(), out.end(), "pin_slack"));
+  std::erase_if(out, [](const std::string& name) { return name.starts_with("pin_") || name.starts_with("rod_"); });
   return out;
 }
 
@@ -279,16 +279,17 @@ TEST(EffectRegistry, HoldsTheseNames) {
                                           "link_com",           "link_mass",
                                           "link_torsion",       "measurement_scale",
                                           "payload_com",        "payload_mass",
-                                          "pin_slack",          "posture_backlash",
-                                          "range_step",         "range_wave",
-                                          "reduction_ratio",    "regressor",
-                                          "settling",           "station_offset",
-                                          "surrogate",          "thermal_base",
-                                          "thermal_bending",    "thermal_expansion",
-                                          "thermal_offset",     "thermal_spring",
-                                          "tool_shift",         "tool_step",
-                                          "tracker_angle",      "tracker_range",
-                                          "zero_step"};
+                                          "pin_compliance",     "pin_slack",
+                                          "posture_backlash",   "range_step",
+                                          "range_wave",         "reduction_ratio",
+                                          "regressor",          "rod_compliance",
+                                          "rod_slack",          "settling",
+                                          "station_offset",     "surrogate",
+                                          "thermal_base",       "thermal_bending",
+                                          "thermal_expansion",  "thermal_offset",
+                                          "thermal_spring",     "tool_shift",
+                                          "tool_step",          "tracker_angle",
+                                          "tracker_range",      "zero_step"};
   EXPECT_EQ(effect_names(), expected);
 }
 

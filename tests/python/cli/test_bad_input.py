@@ -168,6 +168,20 @@ def test_rows_that_test_what_they_were_fitted_on_are_noticed(demo, good, tmp_pat
     assert "good.csv: all its rows are among the rows of the fit" in said.err
     said = fastcal(command, demo / "robot.yaml", good, "--test", demo / "test.csv", "-o", tmp_path / "new")
     assert "among the rows of the fit" not in said.err
+    assert "elsewhere" not in said.err
+
+
+@pytest.mark.parametrize("command", ["calibrate", "diagnose"])
+def test_a_test_that_was_measured_from_another_place_is_said(demo, good, tmp_path, fastcal, command) -> None:
+    rows = [line.split(",") for line in (demo / "test.csv").read_text(encoding="utf-8").splitlines()]
+    x, y = rows[0].index("x_mm"), rows[0].index("y_mm")
+    for row in rows[1:]:  # turned by 90 degrees about z, and 3 m away
+        row[x], row[y] = str(3000 - float(row[y])), row[x]
+    (tmp_path / "moved.csv").write_text("\n".join(map(",".join, rows)), encoding="utf-8")
+    said = fastcal(command, demo / "robot.yaml", good, "--test", tmp_path / "moved.csv", "-o", tmp_path / "new")
+    assert said.code == 0
+    assert "moved.csv: these rows fit with 0." in said.err
+    assert "moved by 3000 mm and turned by 90 deg" in said.err
 
 
 def test_three_poses_leave_nothing_to_estimate_the_noise_from(demo, good, tmp_path, fastcal, rewritten) -> None:

@@ -217,7 +217,9 @@ def test_a_ring_in_a_urdf_is_not_opened_without_a_word(tmp_path: Path) -> None:
     with pytest.raises(ParseError, match="joints 'end' and 'ring' both carry link 'tcp', a closed loop"):
         load_robot(tmp_path / "five_bar.urdf")
     urdf(tmp_path, '<loop_joint name="knee" type="ball"/>')
-    with pytest.raises(ParseError, match="<loop_joint> 'knee' closes a loop"):
+    with pytest.raises(
+        ParseError, match="<loop_joint> 'knee' closes a loop, and nothing says which joints have motors"
+    ):
         load_robot(tmp_path / "five_bar.urdf")
 
 

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Is a fit straight as far as its intervals reach? Else other parameters follow along a curve, and hide in it.
+
+From theta along the directions v of the free parameters that rows show least, to the ends of their 95 % intervals,
+d = +-1.96 s v with |J v| = 1, the whitened residuals r leave their straight line by
+
+    c = (r(theta + d) + r(theta - d) - 2 r(theta)) / 2,    which other parameters take up by  f = J^+ c.
+
+The bend is the root of the mean square of f_k / (1.96 s_k), s_k their stated deviations: the parameter-effects
+curvature of D. Bates and D. Watts (1980, J. R. Statist. Soc. B 42), by parameters. Stated deviations come from J alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.residuals import Residuals
+
+_DIRECTIONS = 3
+_REACH = 1.96  # standard deviations
+_BENT = 0.15  # of the parameters' own intervals; those of a delta printer, mostly beyond, hold 89 % of the truth
+
+
+def bend(near: Residuals, problem: CalibrationProblem) -> float:
+    """The largest of the directions that rows show least."""
+    J = near.J[near.kept][:, near.free]
+    size = np.linalg.norm(J, axis=0)
+    if len(J) <= J.shape[1] or not size.all():
+        return 0.0
+    _, S, Vt = np.linalg.svd(J / size, full_matrices=False)
+    r = near.residual[near.kept]
+    reach = _REACH * float(np.sqrt(r @ r / (len(r) - J.shape[1])))
+    std = np.linalg.norm(Vt / S[:, np.newaxis], axis=0)  # over s
+    largest = 0.0
+    for k in range(max(0, len(S) - _DIRECTIONS), len(S)):
+        d = np.zeros(len(near.theta))
+        d[near.free] = reach * Vt[k] / S[k] / size
+        ends = [np.asarray(problem.linearize(near.theta + sign * d, near.noise).r) for sign in (1.0, -1.0)]
+        second = ((ends[0] + ends[1])[near.place][near.kept] - 2 * r) / 2
+        follows = np.linalg.lstsq(J / size, second, rcond=None)[0]
+        largest = max(largest, float(np.sqrt(np.mean((follows / (reach * std)) ** 2))))
+    return largest
+
+
+def bend_caveat(near: Residuals, problem: CalibrationProblem) -> list[str]:
+    """That intervals are too narrow, where closed loops bend the fit within them."""
+    if not problem.robot.passive:
+        return []
+    size = bend(near, problem)
+    if np.isfinite(size) and size < _BENT:
+        return []
+    return [
+        "the rows hardly show some combinations of parameters, and within their intervals the closed loops are no "
+        f"longer straight (others follow by {size:.0%} of theirs): the stated deviations and intervals are too narrow; "
+        "hold what a caliper knows better, or measure the orientation too"
+    ]
