@@ -287,6 +287,9 @@ void bind_robot(py::module_& m) {
           py::arg("q"),
           "Origins (N, frames, 3) of the chain's frames in the measuring frame, at joint positions (N, n).")
       .def_property_readonly(
+          "passive", [](const RobotModel& self) { return self.description().passive; },
+          "Joints, from 0, that closed loops move and no motor.")
+      .def_property_readonly(
           "home", [](const RobotModel& self) { return self.description().home; },
           "A posture (n,) in which the loops close; empty without loops.")
       .def("assemble", &assemble, py::arg("q"), py::arg("threads") = 1,

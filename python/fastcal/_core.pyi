@@ -186,6 +186,11 @@ class RobotModel:
         """
         Of each frame, in depth-first order; -1: the measuring frame.
         """
+    @property
+    def passive(self) -> list[int]:
+        """
+        Joints, from 0, that closed loops move and no motor.
+        """
 class Member:
     """
     What join() makes a branch of: a robot, or one frame, which has none.

@@ -205,7 +205,8 @@ def _generic_blocks(at: Fit, frame: dict[str, FloatArray], row: NDArray[Any]) ->
     """Blocks without a name and, of each, the directions (m, d) that are multiplied by its curves."""
     problem, data = at.problem, at.problem.kept
     robot = problem.start.robot
-    turns = {i: kind == "revolute" for i, kind in enumerate(robot.joint_types) if i not in robot.beside}
+    still = {*robot.beside, *robot.passive}
+    turns = {i: kind == "revolute" for i, kind in enumerate(robot.joint_types) if i not in still}
     found: list[Generic] = []
     directions: list[FloatArray] = []
 

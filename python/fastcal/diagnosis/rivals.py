@@ -159,7 +159,8 @@ class Rivals:
         """Profiles of all joints that turn the tool and have none in the model that was given."""
         problem, robot = self.search.problem, self.search.problem.start.robot
         has = {entry["owner"] for entry in problem.given if entry["effect"] == curve_of("joint")}
-        turning = [i for i, kind in enumerate(robot.joint_types) if kind == "revolute" and i not in robot.beside]
+        still = {*robot.beside, *robot.passive}
+        turning = [i for i, kind in enumerate(robot.joint_types) if kind == "revolute" and i not in still]
         return [profile(joint) for joint in map(joint_name, turning) if joint not in has]
 
     def with_profiles(self, state: SearchNode, profiles: Sequence[Spec]) -> Model | None:

@@ -71,6 +71,8 @@ def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
     if known is not None:
         return known.owners_of(core)
     owners = list(_core.effect_owners(_known(name), core))
+    if _core_traits(name).depends_on[:1] == ("torque",):  # a joint without a motor bears none
+        owners = [owner for owner in owners if place_of(owner).index not in core.passive]
     is_chain = len(core.branches) <= 1 and not len(core.home)
     return owners if is_chain else [owner for owner in owners if _acts_beside_others(name, core, owner)]
 
