@@ -229,7 +229,8 @@ TEST_P(EffectContract, TellsWhatAnyoneMayAsk) {
   EXPECT_TRUE(effect->data_columns().empty() || !traits.needs_data.empty());
   // Effects whose own motion is a load times a number say so twice: to the model by needs(), to people by depends_on.
   EXPECT_EQ(effect->follows_loads(), holds(traits.depends_on, "torque") || holds(traits.depends_on, "load"));
-  const std::vector<std::string> places{"joint", "link", "base", "tool", "payload", "instrument", "structure", "", ""};
+  const std::vector<std::string> places{"joint",      "link",      "base", "tool", "payload",
+                                        "instrument", "structure", "",     "",     ""};
   const std::string& place = places[static_cast<std::size_t>(traits.place)];
   for (const std::string& owner : owners())
     EXPECT_TRUE(place.empty() || kind_of(owner) == place || owner == "robot") << owner;
