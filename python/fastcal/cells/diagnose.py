@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from fastcal.cells.cell import Cell
+from fastcal.cells.gap import CellStep, gap_of
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
 from fastcal.cells.written import written_cell
@@ -91,19 +92,32 @@ class CellFinding:
         return self.finding.to_json_dict() | whose
 
 
+_LISTED = 4  # names of a sentence where most are no more than possible
+
+
 @dataclass(frozen=True, eq=False)
 class CellDiagnosis:
     """What `diagnose_cell` found.
 
     Attributes:
-        cell: Calibrated with the causes in it that are sure and that postures of joints alone can tell.
+        cell: As it is written: what predicts postures best that were held out.
         effects: Of all ways, the clearest first.
+        gap: Before, with the geometry, and as it is written; empty where the geometry alone could not be fitted.
     """
 
     cell: Cell
     ways: list[WayDiagnosis]
     effects: list[CellFinding]
     notes: list[str] = field(default_factory=list)
+    gap: list[CellStep] = field(default_factory=list)
+
+    @property
+    def told(self) -> tuple[list[CellFinding], int]:
+        """What a sentence lists: what is sure, and of the rest the clearest; and how many more there are."""
+        sure = [of for of in self.effects if of.finding.grade != "C"]
+        rest = [of for of in self.effects if of.finding.grade == "C"]
+        room = len(rest) if len(self.effects) <= _LISTED else max(_LISTED - 1 - len(sure), 0)
+        return [*sure, *rest[:room]], len(rest) - len(rest[:room])
 
     @property
     def verdict(self) -> str:
@@ -119,7 +133,9 @@ class CellDiagnosis:
     @property
     def sentence(self) -> str:
         """What was found, in words."""
-        named = [f"{of.finding.label} (grade {of.finding.grade})" for of in self.effects]
+        listed, more = self.told
+        named = [f"{of.finding.label} (grade {of.finding.grade})" for of in listed]
+        named += [f"{more} more that are no more than possible (grade C)"] if more else []
         rest = [
             f"something remains in what was read of {each.way.name}, most of it at "
             f"{each.way.owner(each.found.unexplained.owner)}"
@@ -145,6 +161,7 @@ class CellDiagnosis:
             "effects": [of.to_json_dict() for of in self.effects],
             "unexplained": _unexplained(rest[0]) if rest else None,
             "untestable": self._untestable(),
+            "gap": [step.to_json_dict() for step in self.gap],
             "ways": {each.way.name: _way_json(each) for each in self.ways},
             "notes": self.notes,
         }
@@ -164,6 +181,7 @@ def diagnose_cell(
     readings: Readings,
     data: Sequence[tuple[Way, Dataset, Dataset | None]],
     *,
+    test: Readings | None = None,
     exclude: Collection[str] = (),
     sigma: float | None = None,
     as_read: bool = False,
@@ -177,6 +195,7 @@ def diagnose_cell(
         cell: As its file says.
         readings: All that was read.
         data: Each way with its rows, and with those that are only reported on.
+        test: All that was read of the latter.
         exclude: Names that are not to be given, `EFFECT` or `EFFECT@ARM.jointN`.
         sigma: Standard deviation of a measured coordinate [m], where the readings have no column for it.
         as_read: Take the columns as they are.
@@ -190,13 +209,13 @@ def diagnose_cell(
     notify = progress or (lambda text: None)
     names = _excluded([way for way, _, _ in data], exclude)
     ways = []
-    for (way, rows, test), own in zip(data, names, strict=True):
+    for (way, rows, held), own in zip(data, names, strict=True):
 
         def said(text: str, name: str = way.name) -> None:
             notify(f"{name}: {text}")
 
         options: dict[str, Any] = {"sigma": sigma, "as_read": as_read, "mend": mend, "threads": threads}
-        found = diagnose(way.robot, rows, test=test, exclude=own, progress=said, **options)
+        found = diagnose(way.robot, rows, test=held, exclude=own, progress=said, **options)
         ways.append(WayDiagnosis(way, found))
     effects = _merged(ways, bool(exclude))
     notify("calibrating the cell with what was found")
@@ -206,7 +225,7 @@ def diagnose_cell(
     written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
     notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
-    return CellDiagnosis(written, ways, effects, notes)
+    return CellDiagnosis(written, ways, effects, notes, gap_of(cell, written, readings, test, mend, threads))
 
 
 def _with_numbers(members: Mapping[str, Spec], found: Mapping[str, Spec], owner: str) -> dict[str, Spec]:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from fastcal.cli.console import CANNOT_TELL, CHANGED, NOT_CONVERGED, emit, fail,
 if TYPE_CHECKING:
     from fastcal.calibration.kind_errors import KindErrors
     from fastcal.cells.calibrate import CellResult
+    from fastcal.cells.gap import CellStep
 
 
 def calibrate_cell(
@@ -108,13 +109,15 @@ def diagnose_cell(
     ways = seen_ways(nominal, readings)
     rows = way_datasets(_one(data), nominal, ways, readings)
     others: list[Any] = [None] * len(ways)
-    if test is not None:
-        others = way_datasets(test, nominal, ways, load_seen_readings(test, nominal, corners[1]))
+    held = None if test is None else load_seen_readings(test, nominal, corners[1])
+    if test is not None and held is not None:
+        others = way_datasets(test, nominal, ways, held)
     with progress() as show:
         found = diagnosed(
             nominal,
             readings,
             list(zip(ways, rows, others, strict=True)),
+            test=held,
             exclude=exclude,
             sigma=sigma,
             as_read=as_read,
@@ -134,6 +137,8 @@ def diagnose_cell(
         gap = each.found.judged_gap
         sizes = f"RMS {gap.sizes[0]:.4f} {gap.unit}, {gap.sizes[-1]:.4f} with all that was found"
         say(f"{each.way.name}: {sizes} ({gap.on})")
+    for line in gap_lines(found.gap):
+        say(line)
     say(str(output / "report.html"))
     emit(found.to_json_dict())
     if found.rises:
@@ -241,6 +246,20 @@ def _end(found: CellResult, output: Path) -> None:
     if found.status != "converged":
         fail(f"{found.status.replace('_', ' ')}: {found.message}; model.yaml is not to be relied on")
         raise typer.Exit(NOT_CONVERGED)
+
+
+def gap_lines(gap: Sequence[CellStep]) -> list[str]:
+    """RMS of each kind before, with the geometry, and of the cell that is written; on the test where there is one."""
+    out = []
+    for kind, last in ({} if not gap else gap[-1].test or gap[-1].train).items():
+        sizes = [(step.test or step.train).get(kind) for step in gap]
+        shown = [f"{of.rms:.4g}" if of is not None and of.rms is not None else "-" for of in sizes]
+        on = "test: " if gap[-1].test is not None else ""
+        steps = (
+            f"RMS {shown[0]} {last.kind.unit} before, {shown[1]} with the geometry, {shown[2]} with what model.yaml has"
+        )
+        out.append(f"{on}{last.kind.plural}: {steps}")
+    return out
 
 
 def _say_kinds(kinds: Mapping[str, KindErrors], title: str) -> None:

@@ -16,6 +16,7 @@ from fastcal.calibration.result import IdentifiedParameter
 from fastcal.cells import cell as cells
 from fastcal.cells.calibrate import CellResult
 from fastcal.cells.diagnose import CellDiagnosis, CellFinding, WayDiagnosis
+from fastcal.cells.gap import FOUND, GEOMETRY, CellStep
 from fastcal.cells.placements import Placement
 from fastcal.diagnosis.words import cause_in_words
 from fastcal.io.atomic import write_text
@@ -46,6 +47,7 @@ _MEMBERS = {
     "board": said("board"),
 }
 _MOST_POINTS = 2000  # that a figure draws of one view
+_STEPS = {None: said("Places alone"), GEOMETRY: said("Geometry"), FOUND: said("With what was found")}
 _TONES = {
     "converged": ("good", said("Converged")),
     "not_converged": ("bad", said("Not converged")),
@@ -285,22 +287,54 @@ def _diagnosis_page(found: CellDiagnosis) -> str:
     ]
     if found.effects:
         lead = _("Owners carry their arm. A joint that several ways have in common is judged by the readings of each.")
-        notes = [f"{of.finding.label}: {reason}" for of in found.effects for reason in of.reasons]
-        sections.insert(
-            0, Section("found", _("What is missing"), lead, tables=[_cause_table(found.effects)], notes=notes)
-        )
+        reasons = [f"{of.finding.label}: {reason}" for of in found.effects for reason in of.reasons]
+        sections.insert(0, Section("found", _("What is missing"), lead, tables=[_cause_table(found.effects)]))
+        if reasons:
+            sections.append(Section("reasons", _("Why no grade is better"), notes=reasons, folded=True))
+    if found.gap:
+        sections.insert(0, Section("gap", _("How far readings are off"), tables=[_gap_table(found.gap)]))
     if found.notes:
         sections.append(Section("notes", _("Notes"), notes=found.notes))
     verdict = Verdict(tone, _(word), _missing(found), _remarks(found.effects))
-    tiles = [(each.way.name, _(VERDICTS[each.found.verdict][0]), _arms(each)) for each in found.ways]
+    tiles = [*_gap_tiles(found.gap)]
+    tiles += [(each.way.name, _(VERDICTS[each.found.verdict][0]), _arms(each)) for each in found.ways]
     return cell_page(
         found.cell, (_("Diagnosis of {cell}", cell=found.cell.name), _("Diagnosis of a cell")), verdict, tiles, sections
     )
 
 
+def _gap_tiles(gap: Sequence[CellStep]) -> list[tuple[str, str, str]]:
+    """Of each kind the RMS before and of the cell that is written, on the test where there is one."""
+    out = []
+    for kind, last in ({} if not gap else gap[-1].test or gap[-1].train).items():
+        first = (gap[0].test or gap[0].train).get(kind)
+        if first is None or first.rms is None or last.rms is None:
+            continue
+        size = f"{significant(first.rms, 3)} → {significant(last.rms, 3)} {unit_text(last.kind.unit)}"
+        out.append((_("RMS on test poses") if gap[-1].test else _("RMS error"), size, _(last.kind.plural)))
+    return out
+
+
+def _gap_table(gap: Sequence[CellStep]) -> Table:
+    """RMS of each kind at each step, of the fitted postures and of the test."""
+    columns = [Column(_("Reading"), numeric=False), Column(_("Of"), numeric=False)]
+    columns += [Column(_(_STEPS[step.added])) for step in gap]
+    rows = []
+    for title, kinds in ((_("fitted postures"), [s.train for s in gap]), (_("test postures"), [s.test for s in gap])):
+        for kind, of in (kinds[-1] or {}).items():
+            sizes = [None if step is None or kind not in step else step[kind].rms for step in kinds]
+            named = Cell(f"{kind_title(of.kind)} ({unit_text(of.kind.unit)})")
+            rows.append([named, Cell(title), *(_number(size) for size in sizes)])
+    return Table(
+        _("RMS before, with the geometry of all arms, and of the cell that is written"), columns, [Group(rows)]
+    )
+
+
 def _missing(found: CellDiagnosis) -> str:
     """`found.sentence` in the language of the page."""
-    named = [_("{cause} (grade {grade})", cause=of.finding.label, grade=of.finding.grade) for of in found.effects]
+    listed, more = found.told
+    named = [_("{cause} (grade {grade})", cause=of.finding.label, grade=of.finding.grade) for of in listed]
+    named += [_("{count} more that are no more than possible (grade C)", count=more)] if more else []
     rest = [
         _(
             "Something remains in what was read of {target}, most of it at {place}.",

@@ -13,9 +13,12 @@ import pytest
 
 from fastcal import _core
 from fastcal.cells.cell import Cell
+from fastcal.cells.diagnose import CellDiagnosis, CellFinding
 from fastcal.cells.paths import Way, ways_of
 from fastcal.cells.readings import Readings
 from fastcal.cli.app import main
+from fastcal.cli.cells import gap_lines
+from fastcal.diagnosis.result import Finding
 from fastcal.errors import InvalidInput
 from fastcal.io.tree_file import load_cell
 from fastcal.io.way_readings import way_datasets
@@ -91,6 +94,9 @@ def test_a_wave_is_named_with_its_arm_and_is_in_the_model(
     assert [(entry["effect"], entry["owner"]) for entry in arm.robot.entries] == [
         ("gear_harmonic", owner.partition(".")[2])
     ]
+    sizes = [step["train"]["position"]["after"]["rms"] for step in found["gap"]]
+    assert [step["added"] for step in found["gap"]] == [None, "geometry", "what was found"]
+    assert sizes[0] > sizes[1] > 1.2 * sizes[2]
     # The cell with it predicts other postures to the noise.
     cell = cell_of(tmp_path)
     test = write_poses(tmp_path, cell, waved(cell, 40, joint, seed=5), "test.csv")
@@ -99,6 +105,7 @@ def test_a_wave_is_named_with_its_arm_and_is_in_the_model(
     assert kinds["position"]["after"]["rms"] < 1.4e3 * NOISE * 3**0.5
     page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
     assert owner.replace("joint", "joint ") in page
+    assert "With what was found" in page
     for view in ("smr_left", "smr_right"):
         assert (tmp_path / "out" / view / "report.html").exists()
         assert f"{view}/report.html" in page
@@ -173,3 +180,24 @@ def test_what_cannot_be_diagnosed_gets_one_sentence(tmp_path: Path, capsys: pyte
         error = capsys.readouterr().err.strip().splitlines()
         assert sentence in error[-1]
     assert not (tmp_path / "out").exists()
+
+
+def test_a_sentence_lists_what_is_sure_and_the_clearest_of_the_rest(tmp_path: Path) -> None:
+    found = diagnose_cell_of(["A", "C", "C", "B", "C", "C", "C"])
+    listed, more = found.told
+    assert [of.finding.grade for of in listed] == ["A", "B", "C"]
+    assert more == 4
+    assert "4 more that are no more than possible (grade C)" in found.sentence
+    few = diagnose_cell_of(["C", "C", "C", "C"])
+    assert len(few.told[0]) == 4
+    assert "more" not in few.sentence
+    assert gap_lines([]) == []
+
+
+def diagnose_cell_of(grades: list[str]) -> CellDiagnosis:
+    """A diagnosis that gives names of these grades."""
+    effects = [
+        CellFinding(Finding("backlash", f"left.joint{k + 1}", grade, {}, 20.0 - k, 1e-9), None, ("smr",))
+        for k, grade in enumerate(grades)
+    ]
+    return CellDiagnosis(Cell("cell", ()), [], effects)
