@@ -261,8 +261,9 @@ def _excluded(ways: Sequence[Way], exclude: Collection[str]) -> list[list[str]]:
 
 
 def _places(way: Way) -> list[Place]:
-    """Joints and links of a way, as its own arm calls them."""
-    return [Place("", kind, k) for kind in ("joint", "link") for k in range(1, len(way.joints) + 1)]
+    """Joints and links that are on a way, and not beside it, as its own arm calls them."""
+    own = [k for k, (arm, _) in enumerate(way.joints, start=1) if arm in way.arms]
+    return [Place("", kind, k) for kind in ("joint", "link") for k in own]
 
 
 def _merged(ways: Sequence[WayDiagnosis], excluded: bool) -> list[CellFinding]:
