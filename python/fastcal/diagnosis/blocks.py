@@ -95,6 +95,11 @@ class Blocks:
         m = len(self.at.near.r) + len(self.at.free)
         return np.where(rank > 0, statistic - (rank + self._searched[among]) * np.log(m), -np.inf)
 
+    @property
+    def bytes(self) -> float:
+        """Of what its score tests keep: products of all columns."""
+        return 8.0 * float(sum(self.sizes)) ** 2
+
     @cached_property
     def _searched(self) -> NDArray[np.intp]:
         """Of each block, how many of its parameters were searched for."""

@@ -26,6 +26,7 @@ from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, l
 from fastcal.diagnosis.library import Hypothesis, Key, without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
 from fastcal.diagnosis.problem import Problem
+from fastcal.diagnosis.recent import Recent
 from fastcal.diagnosis.scans import at_best_moment
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import traits_of
@@ -49,6 +50,9 @@ MAX_WORK = 1e8
 _LOADS = frozenset(["torque", "load"])
 
 
+RECENT: Recent[Blocks] = Recent(lambda found: found.bytes)
+
+
 @dataclass(frozen=True)
 class Family:
     """How many independent tests the named and the generic blocks are worth."""
@@ -69,15 +73,15 @@ class SearchNode:
         """The added names."""
         return self.fit.added
 
-    @cached_property
+    @property
     def blocks(self) -> Blocks:
-        """Score tests of everything else."""
-        return blocks(self.fit)
+        """Score tests of everything else; those of sets that were asked about long ago are made anew."""
+        return RECENT.of(self, lambda: blocks(self.fit))
 
     @property
     def is_tested(self) -> bool:
         """Was anything asked about what is beyond it? Many sets of a search are fitted and left at that."""
-        return "blocks" in self.__dict__
+        return RECENT.was_asked(self)
 
     @cached_property
     def p_values(self) -> FloatArray:
@@ -200,7 +204,7 @@ class Search:
         # Far in the tail, tests that look alike rarely pass together: each counts.
         causes = {n.cause for n, r in zip(first.blocks.names, rank, strict=False) if r > 0}
         state = SearchNode(first.fit, Family(max(len(causes), 1.0), max(float(np.sum(rank[count:] > 0)), 1.0)))
-        state.__dict__["blocks"] = first.blocks
+        RECENT.of(state, lambda: first.blocks)
         return state
 
     @cached_property

@@ -12,7 +12,7 @@ import numpy as np
 from fastcal import load_robot
 from fastcal.diagnosis import grading, rivals, rounds, rules
 from fastcal.diagnosis.many_rows import searched_rows
-from fastcal.diagnosis.search import Family, Search, SearchNode
+from fastcal.diagnosis.search import RECENT, Family, Search, SearchNode
 from fastcal.measurements.dataset import Dataset
 
 from . import small_arm
@@ -25,7 +25,7 @@ def state(p: list[float], names: int = 1, added: int = 0) -> SearchNode:
     fit = SimpleNamespace(added=tuple(range(added)))
     found = SearchNode(fit, Family(1.0, 1.0))
     found.__dict__["p_values"] = np.array(p)
-    found.__dict__["blocks"] = SimpleNamespace(count=names, label=str)
+    RECENT.of(found, lambda: SimpleNamespace(count=names, label=str, bytes=0.0))
     found.__dict__["impossible"] = False
     return found
 
