@@ -159,6 +159,15 @@ def test_the_table_of_sockets_is_that_of_its_record() -> None:
         assert f"({min(times):.2f} to {max(times):.2f})" in text
 
 
+def test_the_table_of_the_humanoid_is_that_of_its_record() -> None:
+    text, found = page("benchmarks.md"), record("bench_humanoid.json")["rms_mm"]
+    for split, of in found.items():
+        sizes = " | ".join(f"{of[key]:.2f}" for key in ("before", "geometry", "with effects"))
+        last = f"{of['diagnosed']:.2f}" if "diagnosed" in of else "-"
+        assert f"| {split} | {sizes} | {last} |" in text
+        assert of["with effects"] < 5.0
+
+
 def test_wheels_and_arms_are_those_of_this_version() -> None:
     for file in (ROOT / "README.md", ROOT / "docs" / "installation.md"):
         named = set(re.findall(r"fastcal-([\d.]+)-cp", file.read_text(encoding="utf-8")))
