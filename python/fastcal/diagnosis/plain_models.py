@@ -148,8 +148,8 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
     something `remains` curves are tried too, and one standard error decides, as always for what only holds the arm: it
     is simpler. Else MIN_GAIN of them; MIN_SEARCHED_GAIN for laws of some joints, since the best of many parts seems to
-    gain by chance, and UNNAMED_LEAD for curves. Where rows fix the arm badly, what is written must lead the one held
-    near nominal (`_leads`).
+    gain by chance, and UNNAMED_LEAD for curves. Where something remains and rows fix the arm badly, what is written
+    must lead the one held near nominal by MIN_SEARCHED_GAIN; names that explain all need not.
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
@@ -160,24 +160,15 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
-    simple = None if rivals.arm_size is None else _simplest(plain, own)
-    if simple is not None and not chosen.is_as_simple and not _leads(chosen, simple, remains=remains):
-        chosen = simple
+    simple = None if rivals.arm_size is None or not remains else _simplest(plain, own)
+    if simple is not None and not chosen.is_as_simple and not _beats(chosen, simple, rules.MIN_SEARCHED_GAIN):
+        chosen = simple  # few rows, or many of one place, may be met by any model
     return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
 
 
 def _simplest(plain: Sequence[Judged], own: Judged) -> Judged:
     """Of base and tool alone and the geometry held near nominal, what predicts best."""
     return min((one for one in plain if one.is_as_simple), key=lambda one: -gain(one.squares, own.squares)[0])
-
-
-def _leads(one: Judged, simple: Judged, *, remains: bool) -> bool:
-    """Does a model predict clearly better than a simple one? Few rows, or many of one place, may be met by any model.
-
-    By MIN_GAIN standard errors, where an order or a moment was searched for or something remains by MIN_SEARCHED_GAIN.
-    """
-    is_searched = remains or any(name.searched for name in one.model.state.names)
-    return _beats(one, simple, rules.MIN_SEARCHED_GAIN if is_searched else rules.MIN_GAIN)
 
 
 def _beats(one: Judged, other: Judged, errors: float) -> bool:
@@ -223,7 +214,7 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
     few = len(start.fit.problem.rows) <= rules.CHOSEN_AGAIN_ROWS
     states = [named, start] if few and named.names and not start.suffices else [start]
     for state in states:
-        size = rivals.arm_size if state is start else arm_size(state.fit) if few else None
+        size = rivals.arm_size if state is start else arm_size(state.fit) if few and remains else None
         for entries in ([], *richer):
             tried = _beside(state, entries)
             for problem, is_measured in _ways(state, tried, few=few):

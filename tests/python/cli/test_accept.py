@@ -203,14 +203,14 @@ def test_recorded_paths_give_their_accuracy_and_repeatability(fastcal, tmp_path:
     assert found["length_mm"] == pytest.approx(400)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Measured path" in page
-    assert "The mean path is up to 0.3000 mm from the commanded one" in page
+    assert "The mean path is up to 0.300 mm from the commanded one" in page
     assert "ISO 9283 asks for 10 runs; these are 4." in page
     german = ["--path", tmp_path / "corners.csv", "--page-language", "de", "-o", tmp_path / "out"]
     assert fastcal("accept", "ur5", *files, *german).code == 0
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     for word in (
         "Gemessene Bahn",
-        "Die mittlere Bahn liegt bis zu 0,3000 mm neben",
+        "Die mittlere Bahn liegt bis zu 0,300 mm neben",
         "Bahnwiederholgenauigkeit",
         "4 Läufe",
     ):

@@ -288,12 +288,19 @@ def test_the_size_of_an_arms_errors_is_found_beside_a_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("size", "errors", "searched", "is_simple"),
-    [(None, 1.5, 0, False), (0.5, 1.5, 0, True), (0.5, 2.5, 0, False), (0.5, 2.5, 1, True), (0.5, 3.5, 1, False)],
+    ("size", "errors", "remains", "is_simple"),
+    [
+        (None, 1.5, True, False),
+        (0.5, 1.5, True, True),
+        (0.5, 2.5, True, True),
+        (0.5, 3.5, True, False),
+        (0.5, 1.5, False, False),
+    ],
 )
 def test_names_of_few_rows_must_lead_the_arm_held_near_nominal(
-    size: float | None, errors: float, searched: int, is_simple: bool
+    size: float | None, errors: float, remains: bool, is_simple: bool
 ) -> None:
+    """Where something remains; names that explain all need not."""
     data = rows(bare_arm(), 30, 4)
     random = np.random.default_rng(1).normal(size=30)
     away = (random - random.mean()) / random.std()
@@ -305,12 +312,12 @@ def test_names_of_few_rows_must_lead_the_arm_held_near_nominal(
         return Judged(model, squares, is_plain=not names)  # type: ignore[arg-type]
 
     held = one(np.ones(30), [], 0.5)
-    own = one(1 - share + 0.04 * np.sqrt(29) * away, [SimpleNamespace(searched=searched)], None)
+    own = one(1 - share + 0.04 * np.sqrt(29) * away, [SimpleNamespace(searched=0)], None)
     with (
         mock.patch.object(plain_models, "judged", return_value=own),
         mock.patch.object(plain_models, "_plain", return_value=[held]),
     ):
-        written = best_of_all(SimpleNamespace(arm_size=size), own.model, remains=False)  # type: ignore[arg-type]
+        written = best_of_all(SimpleNamespace(arm_size=size), own.model, remains=remains)  # type: ignore[arg-type]
     assert written.model is (held if is_simple else own).model
     if is_simple:
         words = replace(written, model=SimpleNamespace(state=SimpleNamespace(names=[]), profiles=[], fit=_fit_of(0.5)))

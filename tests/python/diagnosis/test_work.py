@@ -71,7 +71,7 @@ def counted(data: Dataset, monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
         (lambda: measured([SOFT], rows=ROWS), 60, 5),
         (lambda: measured([SOFT, SOFTER], rows=ROWS), 144, 19),
         (with_play, 58, 8),
-        (jumping, 26, 1),
+        (jumping, 48, 1),
     ],
     ids=["nothing", "one yields", "two yield", "play", "jump"],
 )
