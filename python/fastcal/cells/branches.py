@@ -8,14 +8,15 @@ the branches on its flange, then those of the way's next arm; the tool stands on
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from fastcal.cells.cell import Arm, Cell
-from fastcal.cells.paths import Way
+from fastcal.cells.paths import Way, serial_ways
 from fastcal.conversion import convert
 from fastcal.conversion.joined import check_joins, joined_screws, joints_of_last
+from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
 from fastcal.place import Place, place_of
 from fastcal.robot.robot import Robot
@@ -52,7 +53,9 @@ class LoadedWay(Way):
             joints += own
             ends[path[-1].name] = len(joints)
         effects = [self._renumbered(effect) for effect in whole["effects"]]
-        return Robot({**whole, "joints": joints, "effects": effects, "tool": self.target.place})
+        return Robot({**whole, "joints": joints, "effects": effects}).with_(
+            tool=self.target.place, calibration=self.record
+        )
 
     def _renumbered(self, effect: Spec) -> Spec:
         """An effect of a joint of the way alone, which is counted among those of all branches here."""
@@ -61,10 +64,43 @@ class LoadedWay(Way):
         return {**effect, "owner": str(Place("", "joint", own[place.index]))}
 
 
+def ways_of(cell: Cell, views: Sequence[str]) -> list[Way]:
+    """The ways to all targets that were read from the world, in the order of the readings.
+
+    Args:
+        cell: The cell.
+        views: TARGET or TARGET:SENSOR of what was read.
+
+    Raises:
+        InvalidInput: Nothing was read of a target that an arm carries on its flange from the world.
+    """
+    if out := possible_ways(cell, views):
+        return out
+    read = ", ".join(views) or "nothing"
+    raise InvalidInput(
+        f"expected readings from the world of targets on arms' flanges, such as x_mm@TARGET, got {read}: one way from "
+        "the world to a target is looked at after the other"
+    )
+
+
+def possible_ways(cell: Cell, views: Sequence[str]) -> list[Way]:
+    """`ways_of`, none where there are none.
+
+    Where arms have effects that follow loads, those of the whole tree: what was identified with them holds with them.
+    """
+    return [loaded(cell, way) if _follows_loads(way) else way for way in serial_ways(cell, views)]
+
+
+def _follows_loads(way: Way) -> bool:
+    """Has an arm of a way an effect that its loads set?"""
+    entries = [entry for arm in way.arms for entry in arm.robot.entries]
+    return any({"torque", "load"} & set(traits_of(entry["effect"]).depends_on) for entry in entries)
+
+
 def loaded(cell: Cell, way: Way) -> Way:
     """The way with the arms that hang on it and have masses; as it is where there are none."""
     paths = tuple(_paths(cell, way, way.arms[:1]))
-    return way if len(paths) == len(way.arms) else LoadedWay(way.target, way.arms, paths=paths)
+    return way if len(paths) == len(way.arms) else LoadedWay(way.target, way.arms, way.record, paths=paths)
 
 
 def _paths(cell: Cell, way: Way, path: Path) -> Iterator[Path]:

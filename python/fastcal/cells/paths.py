@@ -19,7 +19,6 @@ import numpy as np
 from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.readings import Readings
 from fastcal.conversion.joined import joined
-from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, joint_position, place_of
 from fastcal.robot.robot import Robot
@@ -131,27 +130,13 @@ class Way:
         }
 
 
-def ways_of(cell: Cell, views: Sequence[str]) -> list[Way]:
-    """The ways to all targets that were read from the world, in the order of the readings.
+def serial_ways(cell: Cell, views: Sequence[str]) -> list[Way]:
+    """The ways to all targets that were read from the world, each its own arms alone, in the order of the readings.
 
     Args:
         cell: The cell.
         views: TARGET or TARGET:SENSOR of what was read.
-
-    Raises:
-        InvalidInput: Nothing was read of a target that an arm carries on its flange from the world.
     """
-    if out := possible_ways(cell, views):
-        return out
-    read = ", ".join(views) or "nothing"
-    raise InvalidInput(
-        f"expected readings from the world of targets on arms' flanges, such as x_mm@TARGET, got {read}: one way from "
-        "the world to a target is looked at after the other"
-    )
-
-
-def possible_ways(cell: Cell, views: Sequence[str]) -> list[Way]:
-    """`ways_of`, none where there are none."""
     arms = {arm.flange: arm for arm in cell.arms}
     points = {of.name: of for of in cell.points}
     out = []

@@ -15,8 +15,8 @@ import numpy as np
 from fastcal import _core
 from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.unknowns import kept_unknowns
+from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
-from fastcal.cells.paths import possible_ways
 from fastcal.cells.readings import Readings
 from fastcal.effects.entries import full_name
 from fastcal.errors import FastcalError

@@ -25,7 +25,7 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.branches import loaded
 from fastcal.cells.cell import Arm, Cell, Point
-from fastcal.cells.paths import Way, possible_ways
+from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.readings import Readings
 from fastcal.conversion.chain import Body, Chain, chain_of
 from fastcal.conversion.joined import joined, moved, piece
@@ -245,7 +245,7 @@ def seen_ways(cell: Cell, readings: Readings) -> list[Way]:
         InvalidInput: No joint lies between what reads and what is read.
     """
     points = {of.name: of for of in cell.points}
-    out = [loaded(cell, way) for way in possible_ways(cell, readings.views)]
+    out = [loaded(cell, way) for way in serial_ways(cell, readings.views)]
     known = {way.name for way in out}
     for view in readings.views:
         target, _, sensor = view.partition(":")

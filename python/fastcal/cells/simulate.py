@@ -12,8 +12,8 @@ import numpy as np
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.calibration.prediction import quaternions
+from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
-from fastcal.cells.paths import possible_ways
 from fastcal.cells.readings import Readings
 from fastcal.errors import FastcalError, InvalidInput
 from fastcal.robot.se3 import rotations_by

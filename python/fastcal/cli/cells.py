@@ -156,8 +156,8 @@ def check_cell(
     given: Mapping[str, Any],
 ) -> None:
     """Holds a cell against new postures; `given`: as for `calibrate_cell`."""
+    from fastcal.cells.branches import ways_of
     from fastcal.cells.check import check_cell as checked
-    from fastcal.cells.paths import ways_of
     from fastcal.io.tree_file import load_cell
     from fastcal.io.tree_readings import load_readings
     from fastcal.io.way_readings import way_datasets

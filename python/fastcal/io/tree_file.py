@@ -11,8 +11,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Arm, Cell, Distance, Known, Point
-from fastcal.cells.paths import possible_ways
+from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.pose_arm import POSE, pose_arm
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
@@ -112,14 +113,27 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
 def _records(cell: Cell, given: Spec, top: Fields) -> Spec:
     """`calibrations`: of each way to a target how surely its numbers are known, as a robot file has it."""
     ways = {way.name: way for way in possible_ways(cell, list(given))}
+    alone = {way.name: way for way in serial_ways(cell, list(given))}
+    out = {}
     for name, record in given.items():
         if name not in ways:
             top.refuse(f"calibrations.{name!s:.60}", "expected the name of a target on an arm's flange")
         try:
             check_spec({**ways[name].robot.spec, "calibration": record}, top.path)
+            out[name] = record
         except ParseError as error:
-            top.refuse(f"calibrations.{name}", error.message)
-    return given
+            if not _is_of(alone[name], record, top):  # files of before ways had the weight of other arms
+                top.refuse(f"calibrations.{name}", error.message)
+    return out
+
+
+def _is_of(way: Way, record: Spec, top: Fields) -> bool:
+    """Is a record one of a way as its arms alone?"""
+    try:
+        check_spec({**way.robot.spec, "calibration": record}, top.path)
+    except ParseError:
+        return False
+    return True
 
 
 def _check(cell: Cell, top: Fields) -> None:

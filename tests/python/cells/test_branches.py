@@ -13,17 +13,18 @@ import yaml
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.cells.asked import with_effects
-from fastcal.cells.branches import loaded
+from fastcal.cells.branches import LoadedWay, loaded, possible_ways
 from fastcal.cells.calibrate import CellResult, calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.diagnose import diagnose_cell
-from fastcal.cells.paths import Way, possible_ways
+from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.readings import Readings
 from fastcal.cells.written import written_cell
 from fastcal.diagnosis.rivals import Rivals
 from fastcal.errors import InvalidInput
-from fastcal.io.tree_file import load_cell
+from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.measurements.dataset import Dataset
+from fastcal.monitoring.check import check
 
 
 def arm(name: str, joints: int, mass: float = 3.0) -> dict[str, Any]:
@@ -64,7 +65,7 @@ def torso(folder: Path, *, masses: bool = True) -> Cell:
 
 
 def way_of(cell: Cell) -> Way:
-    return possible_ways(cell, ["smr"])[0]
+    return serial_ways(cell, ["smr"])[0]
 
 
 def postures(cell: Cell, way: Way, rows: int = 7) -> tuple[FloatArray, FloatArray]:
@@ -196,3 +197,24 @@ def test_what_anyone_would_try_is_written_where_it_predicts_better(tmp_path: Pat
     written, notes = written_cell(plain, wrong, readings, is_sure=True)
     assert not notes
     assert [e["effect"] for e in written.arm("left").robot.entries] == ["gear_harmonic"]
+
+
+def test_ways_of_arms_that_yield_have_the_loads_of_the_tree_in_checks_too(tmp_path: Path) -> None:
+    """A cell that was calibrated so holds on new postures, which with one arm alone its torso would not seem to."""
+    cell, readings = yielding(torso(tmp_path))
+    assert type(possible_ways(torso(tmp_path), ["smr"])[0]) is Way
+    assert isinstance(possible_ways(cell, ["smr"])[0], LoadedWay)
+    found = calibrate_cell(cell, readings, effects=True)
+    (way,) = possible_ways(found.cell, ["smr"])
+    assert way.record is not None
+    theta = np.array(cell.model.start)
+    theta[-1] = STIFFNESS
+    rng = np.random.default_rng(12)
+    q = rng.uniform(-1.2, 1.2, (25, len(cell.joint_columns)))
+    T = np.asarray(cell.model.predict(_core.Samples(q), theta, of="smr"))
+    new = Readings(q, {"position@smr": T[:, :3, 3] + rng.normal(0, 2e-5, (len(q), 3))}, "new")
+    checked = check(way.robot, way.rows(found.cell, new))
+    assert checked.verdict == "holds"
+    (tmp_path / "model.yaml").write_text(cell_text(found.cell, "made"))
+    (again,) = possible_ways(load_cell(tmp_path / "model.yaml"), ["smr"])
+    assert again.record is not None
