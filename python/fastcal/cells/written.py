@@ -22,7 +22,7 @@ from fastcal.cells.errors import kind_errors
 from fastcal.cells.readings import Readings
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
 from fastcal.effects.traits import Traits
-from fastcal.errors import InvalidInput
+from fastcal.errors import FastcalError, InvalidInput
 
 _FOLDS, _HELD = 4, 2  # parts of the postures, and how many of them are held out, one after the other
 _SEED = 7
@@ -106,7 +106,11 @@ def _best(cells: Mapping[str, Cell], readings: Readings, options: dict[str, Any]
         kept = readings.pick(np.setdiff1d(np.arange(len(readings)), fold))
         for name, cell in cells.items():
             own = errors[name]
-            for kind, of in kind_errors(_fitted(cell, plain, kept, options).cell, held).items():
+            try:
+                fitted = _fitted(cell, plain, kept, options).cell
+            except FastcalError:
+                return ""  # so few postures that a part of them fixes no cell
+            for kind, of in kind_errors(fitted, held).items():
                 own[kind] = np.concatenate([own.get(kind, np.zeros(0)), of.after.ravel()])
     costs, count = dict.fromkeys(cells, 0.0), 0
     for kind, first in next(iter(errors.values())).items():

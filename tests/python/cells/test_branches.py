@@ -21,7 +21,7 @@ from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.readings import Readings
 from fastcal.cells.written import written_cell
 from fastcal.diagnosis.rivals import Rivals
-from fastcal.errors import InvalidInput
+from fastcal.errors import InvalidInput, Undetermined
 from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.check import check
@@ -218,3 +218,21 @@ def test_ways_of_arms_that_yield_have_the_loads_of_the_tree_in_checks_too(tmp_pa
     (tmp_path / "model.yaml").write_text(cell_text(found.cell, "made"))
     (again,) = possible_ways(load_cell(tmp_path / "model.yaml"), ["smr"])
     assert again.record is not None
+
+
+def test_a_cell_of_which_a_part_of_the_postures_fixes_nothing_is_written_as_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = torso(tmp_path)
+    _, readings = yielding(plain)
+    found = with_effects(plain, "geometry,gear_harmonic@left.joint2:order=3")
+
+    def whole(cell: Cell, given: Readings, **options: Any) -> CellResult:
+        if len(given) < len(readings):
+            raise Undetermined("these postures fix no base")
+        return calibrate_cell(cell, given, **options)
+
+    monkeypatch.setattr("fastcal.cells.written.calibrate_cell", whole)
+    written, notes = written_cell(plain, found, readings, is_sure=False)
+    assert notes == []
+    assert [entry["effect"] for entry in written.arm("left").robot.entries] == ["gear_harmonic"]
