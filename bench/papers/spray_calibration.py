@@ -212,7 +212,8 @@ def main() -> None:
     report(runs)
     for run in runs:
         named = ", ".join(f"{each['name']} {each['grade']}" for each in run["diagnosed"]["names"])
-        print(f"seed {run['seed']}, {DIAGNOSED} random postures: {named or 'no name'}, scale {run['diagnosed']['scale']}")
+        scale = run["diagnosed"]["scale"]
+        print(f"seed {run['seed']}, {DIAGNOSED} random postures: {named or 'no name'}, scale {scale}")
     if given.o:
         content = {"poses": given.poses, "runs": rounded(runs)}
         given.o.write_text(json.dumps(content, separators=(",", ":")).replace('{"seed"', '\n{"seed"') + "\n", "utf-8")

@@ -85,8 +85,8 @@ def page(runs: Sequence[Run]) -> Page:
         )
         remarks.append(
             f"A plain network of five layers, trained as long, leaves {plain:.3f} mm where the genetic search's leaves "
-            f"{deep:.3f}. fastcal's mlp behind the same model needs no search and leaves {mlp:.3f}, less than GA-DNN in "
-            f"{worlds_won(runs, 'mlp', 'ga_dnn')} of hidden errors."
+            f"{deep:.3f}. fastcal's mlp behind the same model needs no search and leaves {mlp:.3f}, less than GA-DNN "
+            f"in {worlds_won(runs, 'mlp', 'ga_dnn')} of hidden errors."
         )
         remarks.append(_what_remains(runs))
         gain = [1 - np.mean([run["loads"][load]["global"]["mean"] / run["loads"][load]["network"]["mean"]

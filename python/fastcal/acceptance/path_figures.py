@@ -74,7 +74,7 @@ class PathFigures:
 
     @property
     def runs(self) -> int:
-        """n."""
+        """Their number n."""
         return len(self.crossings)
 
     @property

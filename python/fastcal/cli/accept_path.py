@@ -77,8 +77,8 @@ def judge_path(
     from fastcal.acceptance.path_runs import aligned, runs_of
     from fastcal.io.folder import check_folder
     from fastcal.io.recorded_path import load_corners
-    from fastcal.report.language import _
     from fastcal.report.acceptance_summary import path_verdict_lines
+    from fastcal.report.language import _
     from fastcal.report.measured_path_report import FILES, write_measured_path
     from fastcal.units import from_si
 

@@ -91,6 +91,7 @@ def verdict_of(verdict: Judgement | None, remarks: list[Remark]) -> Verdict:
 
 
 def judged_sentence(each: Judged) -> str:
+    """A figure beside its limit."""
     value, expanded, limit = shown(each)
     if each.uncertainty.standard == 0:
         return _(

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ def shifted(turned: bool = False) -> list[PathRun]:
     """Four runs beside the line by OFF along y, turned about z by -OFF where asked."""
     runs = []
     for off in OFF:
-        points = np.linspace(*LINE, 300) + [0, 1e-3 * off, 0]
+        points = np.linspace(*LINE, 300) + np.array([0, 1e-3 * off, 0])
         R = Rotation.from_rotvec([0, 0, -1e-3 * off]).as_matrix()
         runs.append(PathRun(points, np.tile(R, (300, 1, 1)) if turned else None))
     return runs
@@ -73,7 +74,7 @@ def test_the_repeatability_is_judged_by_the_jackknife_written_out() -> None:
 def test_corners_are_held_against_their_limits_as_they_are() -> None:
     """3 mm beyond the corner before the run turns: the greatest of the runs."""
     chain = np.array([[0, 0, 0], [0.403, 0, 0], [0.403, 0.01, 0], [0.4, 0.02, 0], [0.4, 0.3, 0]])
-    run = PathRun(np.vstack([np.linspace(a, b, 1000) for a, b in zip(chain[:-1], chain[1:], strict=True)]))
+    run = PathRun(np.vstack([np.linspace(a, b, 1000) for a, b in pairwise(chain)]))
     found = path_figures(ANGLE, [run] * 3)
     assert judged_path(found, {"co_mm": 3.01}).verdict == "pass"
     told = judged_path(found, {"co_mm": 2.99, "cr_mm": 1.0})
