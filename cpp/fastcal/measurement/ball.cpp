@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "fastcal/math/decompositions.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/one_length.hpp"
 
 namespace fastcal {
 namespace {
@@ -17,10 +17,10 @@ namespace {
 constexpr int kFewest = 5;
 constexpr double kFlat = 1e-6;  // of the largest singular value: touches on one circle fix no sphere
 
-class Ball : public Observation {
+class Ball : public OneLength {
  public:
   Ball(Labels balls, Eigen::VectorXd sigma, int frame)
-      : balls_(std::move(balls)), sigma_(std::move(sigma)), frame_(frame) {
+      : OneLength("ball", "distance", std::move(sigma), frame), balls_(std::move(balls)) {
     for (const std::string& label : balls_.names) {
       for (const char* axis : {"x", "y", "z"})
         parameters_.push_back({"ball " + label, axis, "m", 1e-3, "centre of the ball in the measuring frame"});
@@ -28,17 +28,6 @@ class Ball : public Observation {
     }
   }
 
-  std::string name() const override { return "ball"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"distance"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
   bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
@@ -88,26 +77,12 @@ class Ball : public Observation {
 
  private:
   Labels balls_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 }  // namespace
 
-FASTCAL_REGISTER_OBSERVATION(
-    "ball",
-    {.plural = "touches of a ball",
-     .fields = {{"ball", FieldRole::kLabel, {"ball"}, "", ""},
-                {"sigma_position", FieldRole::kSigma, {"sigma_x", "sigma_y", "sigma_z"}, "length", "mm"}},
-     .note = "the points of each label in column 'ball' lie on one unknown sphere",
-     .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
-       const Labels* balls = tables.find_labels("ball");
-       if (balls == nullptr || balls->names.empty()) return {};
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return balls->codes[i] >= 0; });
-       return {std::make_shared<Ball>(*balls, sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                      robot.view().target)};
-     }})
+FASTCAL_REGISTER_OBSERVATION("ball",
+                             touches<Ball>("ball",
+                                           "the points of each label in column 'ball' lie on one unknown sphere"))
 
 }  // namespace fastcal

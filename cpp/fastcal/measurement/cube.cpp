@@ -15,7 +15,7 @@
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
 #include "fastcal/math/se3.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/one_length.hpp"
 
 namespace fastcal {
 namespace {
@@ -23,9 +23,9 @@ namespace {
 constexpr int kUnknowns = 6;
 constexpr int kFewest = 4;  // touches of a face
 
-class Cube : public Observation {
+class Cube : public OneLength {
  public:
-  Cube(const Labels& faces, Eigen::VectorXd sigma, int frame) : sigma_(std::move(sigma)), frame_(frame) {
+  Cube(const Labels& faces, Eigen::VectorXd sigma, int frame) : OneLength("cube", "height", std::move(sigma), frame) {
     std::vector<int> cube_of, face_of;
     for (const std::string& label : faces.names) {
       const std::size_t cut = label.rfind('/');
@@ -53,17 +53,6 @@ class Cube : public Observation {
     }
   }
 
-  std::string name() const override { return "cube"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"height"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
   bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
@@ -122,26 +111,13 @@ class Cube : public Observation {
 
   std::vector<std::string> names_;
   Eigen::VectorXi cube_, face_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 }  // namespace
 
 FASTCAL_REGISTER_OBSERVATION(
     "cube",
-    {.plural = "touches of a cube",
-     .fields = {{"cube", FieldRole::kLabel, {"cube"}, "", ""},
-                {"sigma_position", FieldRole::kSigma, {"sigma_x", "sigma_y", "sigma_z"}, "length", "mm"}},
-     .note = "the points of labels NAME/x, NAME/y and NAME/z in column 'cube' lie on three planes at right angles",
-     .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
-       const Labels* faces = tables.find_labels("cube");
-       if (faces == nullptr || faces->names.empty()) return {};
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return faces->codes[i] >= 0; });
-       return {std::make_shared<Cube>(*faces, sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                      robot.view().target)};
-     }})
+    touches<Cube>(
+        "cube", "the points of labels NAME/x, NAME/y and NAME/z in column 'cube' lie on three planes at right angles"))
 
 }  // namespace fastcal

@@ -12,15 +12,17 @@
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
 #include "fastcal/math/se3.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/one_length.hpp"
 
 namespace fastcal {
 namespace {
 
-class Dial : public Observation {
+class Dial : public OneLength {
  public:
   Dial(Eigen::VectorXd reading, Labels gauges, Eigen::VectorXd sigma, int frame)
-      : reading_(std::move(reading)), gauges_(std::move(gauges)), sigma_(std::move(sigma)), frame_(frame) {
+      : OneLength("dial", "reading", std::move(sigma), frame),
+        reading_(std::move(reading)),
+        gauges_(std::move(gauges)) {
     for (const std::string& label : gauges_.names) {
       for (const char* axis : {"rx", "ry"})
         parameters_.push_back({"gauge " + label, axis, "rad", 1e-3, "turn of its direction from z of the frame"});
@@ -31,18 +33,7 @@ class Dial : public Observation {
           << "row " << i << ": a reading of a dial needs a label in column 'gauge'";
   }
 
-  std::string name() const override { return "dial"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"reading"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
   std::string field() const override { return "dial"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
     if (std::isnan(reading_[row])) return;
@@ -85,10 +76,7 @@ class Dial : public Observation {
       const Eigen::Vector3d along = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(D).solve(y);
       if (!(along.norm() > 0)) return "dial gauge " + gauges_.names[g] + " reads the same everywhere";
       const Eigen::Vector3d n = along.normalized();
-      // The least turn from z: about z x n, which lies in the plane of x and y.
-      const double across = std::hypot(n.x(), n.y());
-      const double by = across > 0 ? std::atan2(across, n.z()) / across : 0;
-      unknowns.segment<3>(static_cast<Eigen::Index>(3 * g)) << -by * n.y(), by * n.x(), n.dot(center) - mean;
+      unknowns.segment<3>(static_cast<Eigen::Index>(3 * g)) << turn_from_z(n), n.dot(center) - mean;
     }
     return "";
   }
@@ -96,9 +84,6 @@ class Dial : public Observation {
  private:
   Eigen::VectorXd reading_;
   Labels gauges_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 }  // namespace

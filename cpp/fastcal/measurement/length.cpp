@@ -9,15 +9,17 @@
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/one_length.hpp"
 
 namespace fastcal {
 namespace {
 
-class Length : public Observation {
+class Length : public OneLength {
  public:
   Length(Eigen::VectorXd length, Labels anchors, Eigen::VectorXd sigma, int frame)
-      : length_(std::move(length)), anchors_(std::move(anchors)), sigma_(std::move(sigma)), frame_(frame) {
+      : OneLength("length", "length", std::move(sigma), frame),
+        length_(std::move(length)),
+        anchors_(std::move(anchors)) {
     for (const std::string& label : anchors_.names) {
       for (const char* axis : {"x", "y", "z"})
         parameters_.push_back({"anchor " + label, axis, "m", 1e-3, "place of the anchor in the measuring frame"});
@@ -28,18 +30,7 @@ class Length : public Observation {
     }
   }
 
-  std::string name() const override { return "length"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"length"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
   std::string field() const override { return "distance"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
     if (std::isnan(length_[row])) return;
@@ -80,9 +71,6 @@ class Length : public Observation {
  private:
   Eigen::VectorXd length_;
   Labels anchors_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 class Span : public Observation {

@@ -10,15 +10,15 @@
 
 #include "fastcal/math/decompositions.hpp"
 #include "fastcal/math/se3.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/one_length.hpp"
 
 namespace fastcal {
 namespace {
 
-class Plane : public Observation {
+class Plane : public OneLength {
  public:
   Plane(Labels planes, Eigen::VectorXd sigma, int frame)
-      : planes_(std::move(planes)), sigma_(std::move(sigma)), frame_(frame) {
+      : OneLength("plane", "height", std::move(sigma), frame), planes_(std::move(planes)) {
     for (const std::string& label : planes_.names) {
       const std::string owner = "plane " + label;
       for (const char* axis : {"rx", "ry"})
@@ -27,17 +27,6 @@ class Plane : public Observation {
     }
   }
 
-  std::string name() const override { return "plane"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"height"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
   bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
@@ -77,37 +66,19 @@ class Plane : public Observation {
       }
       Eigen::Vector3d normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
       if (normal.z() < 0) normal = -normal;
-      // The least turn from z: about z x n, which lies in the plane of x and y.
-      const double across = std::hypot(normal.x(), normal.y());
-      const double angle = std::atan2(across, normal.z());
-      const double by = across > 0 ? angle / across : 0;
-      unknowns.segment<3>(3 * a) << -by * normal.y(), by * normal.x(), normal.dot(center);
+      unknowns.segment<3>(3 * a) << turn_from_z(normal), normal.dot(center);
     }
     return "";
   }
 
  private:
   Labels planes_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 }  // namespace
 
-FASTCAL_REGISTER_OBSERVATION(
-    "plane",
-    {.plural = "touches of a plane",
-     .fields = {{"plane", FieldRole::kLabel, {"plane"}, "", ""},
-                {"sigma_position", FieldRole::kSigma, {"sigma_x", "sigma_y", "sigma_z"}, "length", "mm"}},
-     .note = "the points of each label in column 'plane' lie on one unknown plane",
-     .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
-       const Labels* planes = tables.find_labels("plane");
-       if (planes == nullptr || planes->names.empty()) return {};
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return planes->codes[i] >= 0; });
-       return {std::make_shared<Plane>(*planes, sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                       robot.view().target)};
-     }})
+FASTCAL_REGISTER_OBSERVATION("plane",
+                             touches<Plane>("plane",
+                                            "the points of each label in column 'plane' lie on one unknown plane"))
 
 }  // namespace fastcal
