@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import IndexArray
+from fastcal.calibration.pose_folds import measuring_place
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import to_si
@@ -39,6 +41,21 @@ def states(data: Dataset) -> NDArray[np.int64]:
     parts = [np.round(data.q / _STILL), data.payload[:, np.newaxis]]
     parts += [] if data.wrench is None else [data.wrench]
     return np.asarray(np.unique(np.hstack(parts), axis=0, return_inverse=True)[1]).reshape(-1)
+
+
+def stays(data: Dataset) -> IndexArray:
+    """(N,) the stay that each row belongs to, 0, 1 ... in the order of measuring.
+
+    A stay is all that was measured one after the other in one posture, under one load: several targets at the tool, or
+    readings that were repeated before the arm moved on.
+    """
+    order = np.argsort(measuring_place(data), kind="stable")
+    moved = (np.abs(np.diff(data.q[order], axis=0)) > _STILL).any(axis=1) | (np.diff(data.payload[order]) != 0)
+    if data.wrench is not None:
+        moved |= (np.diff(data.wrench[order], axis=0) != 0).any(axis=1)
+    out = np.empty(len(data), dtype=np.intp)
+    out[order] = np.cumsum(np.r_[False, moved][: len(data)])
+    return out
 
 
 def saturated(data: Dataset, found: _core.Identification) -> str | None:

@@ -15,11 +15,14 @@ from fastcal.calibration.asked_conditions import Explained, Word, condition_that
 from fastcal.calibration.gross_rows import Refit, majority
 from fastcal.calibration.lack_of_fit import points_depend, readings_depend
 from fastcal.calibration.lens_columns import lens_columns, lens_note
+from fastcal.calibration.postures import stays
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals, near_fit
-from fastcal.calibration.serial_correlation import SerialCorrelation, serial_correlation
+from fastcal.calibration.serial_correlation import SerialCorrelation, neighbour_correlation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
+from fastcal.calibration.stay_correlation import of_stays, stay_correlation
 from fastcal.calibration.unknowns import CORNERS
+from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, Kind, in_order
 from fastcal.measurements.observations import without_measured
 from fastcal.said import said
@@ -234,12 +237,9 @@ def noise_and_posture(
     notes: list[str] = []
     caveats: list[str] = []
     data = problem.data
-    serial = serial_correlation(J / scale, residual, row, len(data)) if _alike(row, len(data)) else None
+    serial, note = _shared(J / scale, residual, row, data) if _alike(row, len(data)) else (None, "")
     if serial is not None:
-        notes.append(
-            f"errors of successive rows are correlated ({serial.rho:.2f}): the noise drifts, and the stated deviations "
-            f"allow for it"
-        )
+        notes.append(note)
         serial = replace(serial, covariance=serial.covariance / np.outer(scale, scale))
     if (lens := lens_note(problem, near)) is not None:
         notes.append(lens)
@@ -260,6 +260,25 @@ def noise_and_posture(
             f"stated deviations and intervals do not hold; {more}"
         )
     return serial, [*notes, *caveats], caveats
+
+
+def _shared(
+    J: FloatArray, residual: FloatArray, row: NDArray[np.int64], data: Dataset
+) -> tuple[SerialCorrelation | None, str]:
+    """What the noise of rows has in common, and the sentence about it; the first three as of `serial_correlation`."""
+    stay = stays(data)
+    is_repeated = len(np.unique(stay[row])) < len(np.unique(row))
+    if is_repeated and neighbour_correlation(*of_stays(J, residual, row, stay), int(stay.max()) + 1) is None:
+        shared = stay_correlation(J, residual, row, stay)
+        return shared, "" if shared is None else (
+            f"errors of rows that were measured in one posture, one after the other, are alike ({shared.rho:.2f}): "
+            f"what the arm misses there counts once, and the stated deviations allow for it"
+        )
+    serial = serial_correlation(J, residual, row, len(data))
+    return serial, "" if serial is None else (
+        f"errors of successive rows are correlated ({serial.rho:.2f}): the noise drifts, and the stated deviations "
+        f"allow for it"
+    )
 
 
 def _alike(row: NDArray[np.int64], count: int) -> bool:

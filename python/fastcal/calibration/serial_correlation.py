@@ -26,7 +26,7 @@ from fastcal.calibration import tall
 
 DEVIATIONS = 3.0  # white noise correlates neighbours by so much in one of a thousand sets
 _FEWEST_ROWS = 12
-_MOST = 0.98
+MOST = 0.98
 _STEPS = 20
 _FADED = 1e-18
 _RIDGE = 1e-9  # on unit columns
@@ -34,10 +34,10 @@ _RIDGE = 1e-9  # on unit columns
 
 @dataclass(frozen=True, eq=False)
 class SerialCorrelation:
-    """What AR(1) noise makes of a fit.
+    """What noise that rows share makes of a fit.
 
     Attributes:
-        rho: Correlation of neighbouring rows.
+        rho: Correlation of neighbouring rows, or of any two rows of a stay.
         covariance: (p, p) of the parameters.
         noise: The noise, in units of that which white noise would have left.
         freedom: Degrees of freedom of the noise.
@@ -182,7 +182,7 @@ def _correlation(q: FloatArray, used: BoolArray, found: float) -> float:
     K = tall.inner(q[:-1].reshape(-1, p), q[1:].reshape(-1, p))
     squares, products = _lagged(q, (q, tall.times(q.reshape(-1, p), K).reshape(q.shape) - beside))
     numbers, pairs = width * used.sum(), width * np.sum(used[1:] & used[:-1])
-    low, high, lag = 0.0, _MOST, np.arange(len(q))
+    low, high, lag = 0.0, MOST, np.arange(len(q))
     for _ in range(_STEPS):
         middle = (low + high) / 2
         faded = middle**lag

@@ -170,7 +170,7 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None, *, as_measured: b
     each(scale, moved(len(row), named))
     begins = np.cumsum([named, *sizes[len(names) :]])[:-1]
     each(fill, zip(begins.tolist(), generics, directions, strict=True))
-    if problem.noise.memory and not as_measured:
+    if not problem.noise.is_white and not as_measured:
         measured[...] = without_memory(problem, measured, row)
     return Columns(names, generics, values, sizes, directions, frame_columns)
 

@@ -156,7 +156,7 @@ class Found:
             outliers=outliers,
             noise=noise_by_kind(self.search.problem, self.level.sigma, self.level.source),
             sigma_source=self.level.source,
-            sigma_note=with_memory_named(self.level.note, search.problem.noise.memory),
+            sigma_note=with_memory_named(self.level.note, search.problem.noise),
             gap=gap,
             ranking=sensitivity.ranking(search, best),
             smallest=sensitivity.smallest(best),

@@ -36,7 +36,7 @@ def weighed(problem: Problem, found: Fit) -> Problem:
 
     Noise with a memory is left alone: no row of it errs by itself. So are rows whose weighed fit does not converge.
     """
-    if problem.noise.memory > 0:
+    if not problem.noise.is_white:
         return problem
     rows = _Rows.of(found)
     if rows.worth < rules.HEAVY_TAILS_GAIN:

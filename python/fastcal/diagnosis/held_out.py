@@ -158,7 +158,7 @@ class HeldOut:
         self._number = np.append(whole.near.number, np.full(len(row) - len(whole.near.number), -1))[order]
         self._problem = every
         self._judged = self._A, self._r
-        if as_measured and at.problem.noise.memory:
+        if as_measured and not at.problem.noise.is_white:
             A, r, _ = whole.standardized
             self._judged = A[order] / np.where(length > 0, length, 1.0), r[order]
         self._numbers = [slice(a, b) for a, b in zip(ends[:-1:2], ends[2::2], strict=True)]

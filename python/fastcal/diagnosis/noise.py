@@ -14,7 +14,7 @@ from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.memory import memory
+from fastcal.diagnosis.memory import memory, shared
 from fastcal.diagnosis.noise_scales import others_note, rms_sigma, with_others_kept
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.rich_model import RichModel
@@ -78,11 +78,12 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     rho = slow.rho
     if slow.found:
         beside = beside.with_motions(slow.found)
+    _A, r, row = beside.fit.whitened
     if rho > 0 and beside.columns is not at_rest:
-        _A, r, row = beside.fit.whitened
         rho = memory(every, beside.columns, r, row, beside.left.wrong)
-    if rho > 0:
-        beside = beside.again(replace(beside.noise, memory=rho))
+    alike = shared(every, beside.columns, r, row, beside.left.wrong)
+    if rho > 0 or alike > 0:
+        beside = beside.again(replace(beside.noise, memory=rho, shared=alike))
     known = _from_repeats(beside.problem, beside.left, problem.data, option)
     if known is None and problem.data.sigma_position is not None and _agreement(beside.left) > 0:
         more = rms_sigma(beside.problem) * np.sqrt(max(beside.left.mean_square - 1.0, 0.0))

@@ -16,6 +16,7 @@ from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.options_from_data import with_reference
 from fastcal.calibration.parallel import each
+from fastcal.calibration.postures import stays
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.tall import moved
 from fastcal.calibration.touched_places import touched_places
@@ -39,19 +40,26 @@ ONE = " one"  # a column of ones: a regressor on it moves a frame, which gives t
 class Noise:
     """Standard deviation of a measured number: root of its claim's square and common^2, times factor and scale.
 
-    `memory` is the correlation of rows measured one after the other.
+    `memory` is the correlation of postures measured one after the other, `shared` that of neighbouring rows of one
+    stay in a posture (`postures.stays`), beside it.
     """
 
     common: tuple[float, float, float]  # positions [m], all that is in rad, other lengths [m]
     factor: float = 1.0
     freedom: float = np.inf  # degrees of freedom that it was estimated with
     memory: float = 0.0
+    shared: float = 0.0
     scale: Mapping[str, float] = field(default_factory=dict)  # by kind of observation; 1 where there is none
 
     @property
-    def without_factor(self) -> tuple[tuple[float, float, float], float, dict[str, float]]:
+    def without_factor(self) -> tuple[tuple[float, float, float], float, float, dict[str, float]]:
         """All that whitens rows but for `factor`."""
-        return self.common, self.memory, dict(self.scale)
+        return self.common, self.memory, self.shared, dict(self.scale)
+
+    @property
+    def is_white(self) -> bool:
+        """Does no row err as those before it do?"""
+        return self.memory == 0 and self.shared == 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +160,11 @@ class Problem:
         if not self.has_nominal_arm:
             return asked
         return [i for i in asked if self.start.parameters[i].owner in ("base", "tool")]
+
+    @cached_property
+    def stays(self) -> NDArray[np.intp]:
+        """(N,) of all rows, the stay in a posture that each belongs to."""
+        return stays(self.data)
 
     @cached_property
     def successions(self) -> dict[bytes, tuple[NDArray[np.intp], FloatArray]]:

@@ -76,8 +76,8 @@ def _again(search: Search, best: SearchNode, sigma: float | None) -> tuple[Probl
     begun = replace(claimed(problem.data, sigma), scale=problem.noise.scale)
     again = replace(problem, names=[*problem.names, *more], noise=begun)
     calmer, level = with_estimated_noise(again, best.fit, sigma)
-    remembers, remembered = calmer.noise.memory > 0, problem.noise.memory > 0
-    return (calmer if more or remembers != remembered or _is_calmer(calmer, problem) else None), level
+    is_white, was_white = calmer.noise.is_white, problem.noise.is_white
+    return (calmer if more or is_white != was_white or _is_calmer(calmer, problem) else None), level
 
 
 def _further_names(search: Search, best: SearchNode) -> list[Hypothesis]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fastcal import Robot, diagnose, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import Diagnosis
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.memory import log_determinant, without_memory
+from fastcal.diagnosis.memory import _of_neighbours, log_determinant, without_memory
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.row_projections import Effect
 from fastcal.measurements.dataset import Dataset
@@ -144,3 +144,27 @@ def test_rows_in_the_order_of_measuring_are_whitened_as_the_same_rows_in_any_oth
     for by_row in (values[numbers], np.asfortranarray(values[numbers])):
         np.testing.assert_array_equal(without_memory(ordered, by_row, row), expected)
     np.testing.assert_array_equal(without_memory(ordered, values[numbers][:, 0], row), expected[:, 0])
+
+
+def test_targets_of_one_posture_share_errors_and_the_noise_has_no_memory() -> None:
+    """Two targets at an arm whose joints come back a little off: alike within a posture, not from one to the next."""
+    rng = np.random.default_rng(4)
+    q = random_poses(arm(), 80, seed=4)
+    pose = perturbed(arm(), seed=4).forward(q + 5e-5 * rng.normal(size=q.shape))
+    tips = np.array([[0.05, 0.0, 0.1], [-0.05, 0.04, 0.1]])
+    points = pose[:, np.newaxis, :3, 3] + np.einsum("nij,tj->nti", pose[:, :3, :3], tips)
+    points = (points + 1e-5 * rng.normal(size=points.shape)).reshape(-1, 3)
+    seen = Dataset.from_arrays(np.repeat(q, 2, axis=0), position=points, mount=["a", "b"] * 80, robot=arm())
+    found = diagnose(arm(), seen)
+    assert found.search.problem.noise.memory == 0
+    assert found.search.problem.noise.shared > 0.3
+    assert "share errors" in found.sigma_note
+    assert "successive" not in found.sigma_note
+    assert not found.effects
+
+
+@pytest.mark.parametrize(("any_two", "count"), [(0.5, 2), (0.5, 3), (0.3, 8), (0.9, 4)])
+def test_neighbours_of_a_stay_are_so_alike_that_its_mean_varies_as_it_should(any_two: float, count: int) -> None:
+    rho = _of_neighbours(any_two, count)
+    chain = rho ** np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    assert chain.mean() == pytest.approx((1 + (count - 1) * any_two) / count, rel=1e-6)
