@@ -6,8 +6,8 @@ The sets are those of MUKCa (G. Franzese et al., "MUKCa: Accurate and Affordable
 Measurement Devices", 2025; github.com/platonics-delft/kinematics_calibration, MIT): a block with two sockets, 50 mm
 apart, was put at several places, and the ball on the arm's hand was brought into each socket in some thirty postures.
 The touches at the front are fitted. What counts are the others: how far touches of one socket are from their mean, mm
-RMS; nothing is fitted to them. No constant was chosen by these sets; panda_1 was known before, and the two dinova
-showed that a diagnosis of touches let the arm shrink, which it no longer may.
+RMS; nothing is fitted to them. panda_1 was known before; the two dinova showed that a diagnosis of touches let the arm
+shrink, which it no longer may, and that an arm is to be held by places held out whole, which was made by them.
 
 `published` is MUKCa's own method, written anew: least squares of the spread of each socket, of the error of their
 distance, and of 1e-4 times the squared changes [m, rad] of six numbers a joint, the ball's excepted. `calibrate` and

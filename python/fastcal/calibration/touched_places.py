@@ -10,28 +10,40 @@ places, the unknowns of the place itself (u, with the derivatives U of its touch
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from fastcal import _core
 from fastcal.arrays import FloatArray, IndexArray
 from fastcal.measurements.dataset import Dataset
 
-FEWEST = 5  # touches of a place that is held out: two numbers at least are left of each to say how well it is met
+FEWEST = 2  # times the unknowns of a place: numbers of its touches that say how well it is met, beside where it is
 
 
 def touched_places(data: Dataset, measured: _core.Measurements) -> IndexArray | None:
     """(N,) the place that a row touches, 0 ... places - 1, -1 where none; None where whole places can't be held out.
 
-    These are readings of which each has a label and nothing shows a scale, at two places or more of FEWEST touches.
+    They can where touches with a label are all that was measured, nothing shows a scale, and two places or more, as
+    many as there are unknowns of (the faces of a block share theirs), have FEWEST numbers each.
     """
     fields = [f.name for kind in data.kinds for f in _core.observation_entry(kind).fields if f.role == "label"]
-    if measured.shows_scale or len(fields) != 1 or len(data.kinds) != 1:
+    if measured.shows_scale or len(fields) != 1 or len(measured.observations) != 1:
         return None
     codes, names = data.label_codes(fields[0])
-    counts = np.bincount(codes[codes >= 0], minlength=len(names))
-    if len(names) < 2 or counts.min() < FEWEST:
+    unknowns = Counter(p.owner for p in measured.parameters)
+    owners = list(unknowns)
+    of_label = [_place(f"{fields[0]} {name}", owners) for name in names]
+    if len(owners) < 2 or None in of_label:
         return None
-    return np.asarray(codes, dtype=np.intp)
+    place = np.where(codes < 0, -1, np.array(of_label, dtype=np.intp)[codes])
+    numbers = len(measured.observations[0].components) * np.bincount(place[place >= 0], minlength=len(owners))
+    return place if (numbers >= FEWEST * np.array(list(unknowns.values()))).all() else None
+
+
+def _place(label: str, owners: list[str]) -> int | None:
+    """Which of the owners of unknowns is behind a label: "plane a", or "cube a" of the face "cube a/x"."""
+    return next((k for k, owner in enumerate(owners) if label == owner or label.startswith(f"{owner}/")), None)
 
 
 def beside_own(values: FloatArray, own: FloatArray) -> FloatArray:

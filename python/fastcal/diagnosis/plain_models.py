@@ -82,6 +82,12 @@ class Judged:
         """Is it the arm as nominal, or held near that, and nothing else?"""
         return self.holds_the_arm and not self.model.state.names and not self.model.profiles
 
+    @property
+    def effects(self) -> set[tuple[str, str]]:
+        """Effects and owners of its names and of what is beside them."""
+        beside = {(entry["effect"], entry["owner"]) for entry in self.model.profiles}
+        return beside | {name.key for name in self.model.state.names}
+
     def shows(self, name: Hypothesis) -> bool:
         """Is a name of the set still clear beside what was added to it?"""
         own = next((n for n in self.model.fit.added if n.key == name.key), None)
@@ -149,16 +155,19 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     """The model that was found, or a plain one that predicts held-out rows clearly better.
 
     Of those that do, the first that the best one does not clearly beat as well: models with the names come first. Where
-    something `remains` curves are tried too, and one standard error decides, as always for what only holds the arm: it
-    is simpler. Else MIN_GAIN of them; MIN_SEARCHED_GAIN for laws of some joints, since the best of many parts seems to
-    gain by chance, and UNNAMED_LEAD for curves. Where something remains and rows fix the arm badly, what is written
-    must lead the one held near nominal by MIN_SEARCHED_GAIN; names that explain all need not. Of touches of unknown
-    places nothing is written that predicts places held out worse than the best of the arms held near nominal do.
+    something `remains` curves are tried too, and one standard error decides; so it always does for what only holds the
+    arm, which is simpler, and for the very effects that were found, as smooth as they are among all joints, of which
+    none was picked. Else MIN_GAIN of them; MIN_SEARCHED_GAIN for laws of some joints, since the best of many parts
+    seems to gain by chance, and UNNAMED_LEAD for curves. Where something remains and rows fix the arm badly, what is
+    written must lead the one held near nominal by MIN_SEARCHED_GAIN; names that explain all need not. Of touches of
+    unknown places nothing is written that predicts places held out worse than the best of the arms held near nominal.
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
     plain = [one for one in _plain(rivals, found, remains=remains) if one.model.fit is not found.fit]
+    same = {name.key for name in found.state.names}
     simpler = {id(one): rules.MIN_RIVAL_GAIN for one in plain if one.holds_the_arm and not one.model.profiles}
+    simpler |= {id(one): rules.MIN_RIVAL_GAIN for one in plain if same and one.effects == same}
     needed = {id(one): rules.MIN_SEARCHED_GAIN if one.is_chosen else errors for one in plain} | simpler
     needed |= {id(one): rules.UNNAMED_LEAD for one in plain if one.has_curves}
     better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]

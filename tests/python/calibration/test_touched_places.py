@@ -63,12 +63,27 @@ def test_places_are_held_out_where_touches_are_all_there_is() -> None:
     found = touched_places(data, measurements(data, robot()))
     assert found is not None
     np.testing.assert_array_equal(found, np.repeat([0, 1], 6))
-    few = data.select(np.arange(10))  # four of the second
+    few = data.select(np.arange(7))  # one of the second
     assert touched_places(few, measurements(few, robot())) is None
     one = data.select(np.arange(6))
     assert touched_places(one, measurements(one, robot())) is None
     points = Dataset(q=data.q, payload=data.payload, position=robot().forward(data.q)[:, :3, 3])
     assert touched_places(points, measurements(points, robot())) is None
+
+
+def test_a_block_is_one_place_whatever_face_is_touched() -> None:
+    data = touches(0, 1e-3, 0.0, 18, SOCKETS)
+    faces = [f"{block}/{axis}" for block in "ab" for axis in "xyz" for _ in range(6)]
+    blocks = Dataset(q=data.q, payload=data.payload, observed_labels={"cube": faces})
+    found = touched_places(blocks, measurements(blocks, robot()))
+    assert found is not None
+    np.testing.assert_array_equal(found, np.repeat([0, 1], 18))
+    planes = Dataset(q=data.q, payload=data.payload, observed_labels={"plane": faces})
+    found = touched_places(planes, measurements(planes, robot()))
+    assert found is not None
+    np.testing.assert_array_equal(found, np.repeat(np.arange(6), 6))
+    few = planes.select(np.arange(35))  # five numbers of the last, of which three say where it is
+    assert touched_places(few, measurements(few, robot())) is None
 
 
 def test_a_place_held_out_is_predicted_by_the_others_alone() -> None:

@@ -17,7 +17,7 @@ from fastcal import Robot, calibrate, load_robot, perturbed, random_poses, simul
 from fastcal.diagnosis import Diagnosis, diagnose, plain_models, sensitivity
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_arm import arm_size, holding
-from fastcal.diagnosis.held_out import HeldOut
+from fastcal.diagnosis.held_out import HeldOut, gain
 from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.plain_models import Judged, beside_plain, best_of_all, judged
 from fastcal.diagnosis.problem import Noise, prepared_problem
@@ -312,7 +312,7 @@ def test_names_of_few_rows_must_lead_the_arm_held_near_nominal(
         return Judged(model, squares, is_plain=not names)  # type: ignore[arg-type]
 
     held = one(np.ones(30), [], 0.5)
-    own = one(1 - share + 0.04 * np.sqrt(29) * away, [SimpleNamespace(searched=0)], None)
+    own = one(1 - share + 0.04 * np.sqrt(29) * away, [SimpleNamespace(searched=0, key=("backlash", "joint1"))], None)
     with (
         mock.patch.object(plain_models, "judged", return_value=own),
         mock.patch.object(plain_models, "_plain", return_value=[held]),
@@ -322,6 +322,30 @@ def test_names_of_few_rows_must_lead_the_arm_held_near_nominal(
     if is_simple:
         words = replace(written, model=SimpleNamespace(state=SimpleNamespace(names=[]), profiles=[], fit=_fit_of(0.5)))
         assert words.words.endswith("; no richer one leaves clearly less of what poses held out of the fit are off by")
+
+
+@pytest.mark.parametrize(("joints", "is_written"), [(("joint2", "joint3"), True), (("joint2", "joint4"), False)])
+def test_the_effects_that_were_found_are_written_as_smooth_as_predicts_best(
+    joints: tuple[str, ...], is_written: bool
+) -> None:
+    """Two sags of sixty poses, rougher than the plain ones of the same joints, left 7 % more of a test."""
+    data = Dataset(q=np.arange(30.0).reshape(-1, 1), payload=np.zeros(30))
+    fits = [SimpleNamespace(problem=SimpleNamespace(data=data, arm_size=None)) for _ in range(2)]
+    names = [SimpleNamespace(key=("gravity_sag", joint)) for joint in ("joint2", "joint3")]
+    away = np.random.default_rng(5).permutation(np.linspace(-1, 1, 30))
+    found = SimpleNamespace(state=SimpleNamespace(names=names), profiles=[], fit=fits[0])
+    sags = [{"effect": "gravity_sag", "owner": joint} for joint in joints]
+    smooth = SimpleNamespace(state=SimpleNamespace(names=[]), profiles=sags, fit=fits[1])
+    own = Judged(found, 1.1 + 0.35 * away, is_plain=False)  # type: ignore[arg-type]
+    other = Judged(smooth, np.ones(30), is_plain=True, is_chosen=True)  # type: ignore[arg-type]
+    share, error = gain(other.squares, own.squares)
+    assert 1.2 < share / error < 2.8
+    with (
+        mock.patch.object(plain_models, "judged", return_value=own),
+        mock.patch.object(plain_models, "_plain", return_value=[other]),
+    ):
+        written = best_of_all(SimpleNamespace(arm_size=None), found, remains=False)  # type: ignore[arg-type]
+    assert (written.model is smooth) is is_written
 
 
 def _fit_of(size: float) -> SimpleNamespace:
