@@ -26,6 +26,7 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.evidence import SharedNoise, settled
 from fastcal.cells.placements import Placement, placements
+from fastcal.cells.pose_noise import settled_poses
 from fastcal.cells.readings import Readings
 from fastcal.cells.records import JOINTS, cell_record, way_records
 from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
@@ -179,6 +180,10 @@ def calibrate_cell(
         known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
         solution, shared = settled(start, weighed.pick(kept), found, known, threads)
         model = there(start, measured, solution)
+    elif any(arm.of_poses for arm in start.arms) and found.status == "converged":
+        poses = settled_poses(start, used.pick(kept), found, priors(start, asked, measured.parameters, sizes), threads)
+        if poses is not None:
+            solution, model = poses, there(start, measured, poses)
     model = replace(model, records=way_records(model, readings, threads))
     names = [full_name(parameter) for parameter in found.parameters]
     own = len(start.core.nominal)
