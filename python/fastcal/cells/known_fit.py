@@ -222,7 +222,8 @@ def suspects(cell: Cell, parameters: list[_core.Parameter]) -> Iterable[tuple[st
     for kind, members in (("camera", cell.cameras), ("board", cell.boards)):
         for member in members:
             own = f"{kind} {member}"
-            yield own, columns(i for i, p in enumerate(parameters) if p.owner == own and p.name in PLACEMENT)
+            if at := [i for i, p in enumerate(parameters) if p.owner == own and p.name in PLACEMENT]:
+                yield own, columns(at)  # one that is fixed has none
     for arm, joint, kind, column in joint_zeros(cell, len(parameters)):
         size = MOVED["rad" if kind == "revolute" else "m"]
         yield f"{Place(arm, 'joint', joint + 1)} zero", size * column[:, np.newaxis]

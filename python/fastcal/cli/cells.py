@@ -157,7 +157,7 @@ def check_cell(
     given: Mapping[str, Any],
 ) -> None:
     """Holds a cell against new postures; `given`: as for `calibrate_cell`."""
-    from fastcal.cells.branches import ways_of
+    from fastcal.cells.branches import possible_ways, ways_of
     from fastcal.cells.check import check_cell as checked
     from fastcal.cells.check import checked_ways
     from fastcal.cells.whole_check import check_whole
@@ -170,7 +170,7 @@ def check_cell(
     cell = load_cell(model)
     readings = load_seen_readings(_one(data), cell, corners)
     ways = checked_ways(cell, readings)
-    if not ways and cell.record is not None:
+    if not ways and (cell.record is not None or not possible_ways(cell, readings.views)):
         refuse({"--as-read": (as_read, False)})
         with progress() as show:
             show("checking")

@@ -12,12 +12,16 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
+from fastcal import _core
+from fastcal.calibration.alignment import measurements
 from fastcal.cells.carried_rig import seen_from
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors
 from fastcal.cells.readings import Readings
+from fastcal.cells.sensor_ways import SensorWay, seen_ways
 from fastcal.importers.corners import load_seen_readings
 from fastcal.io.tree_file import cell_text, load_cell
+from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.se3 import inverse
@@ -158,3 +162,26 @@ def test_a_cell_file_of_several_arms_takes_a_mount_that_gives(scene: tuple[Path,
     content["cameras"]["wrist"] |= SAG
     (folder / "sag.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
     assert load_cell(folder / "sag.yaml").cameras["wrist"]["sag_deg"] == SAG["sag_deg"]
+
+
+def test_a_way_to_a_camera_whose_mount_gives_draws_what_the_cell_draws(scene: tuple[Path, Cell, FloatArray]) -> None:
+    """And what is found on the way is said on the cell's own frame."""
+    _, cell, q = scene
+    plate = {**cell.boards["plate"], "on": "world", "xyz_mm": [900.0, 0.0, -50.0]}
+    cell = replace(sagging(cell, knocked=KNOCKED), boards={"plate": plate})
+    count = len(camera.corners())
+    readings = Readings(q, {"corner": np.zeros((len(q), 2 * count))}, "", row=np.arange(len(q)))
+    (way,) = seen_ways(cell, readings)
+    assert isinstance(way, SensorWay)
+    names = [titles[0] for titles in cell.joint_columns]
+    own = [names.index(f"{arm.name}.q{index + 1}") for arm, index in way.joints]
+    data = replace(Dataset.from_arrays(np.ascontiguousarray(q[:, own])), row=np.arange(len(q)))
+    data = way.measured(cell, data, readings)
+    measured, model = measurements(data, way.robot), way.robot.error_model
+    theta = np.append(np.asarray(model.start), np.zeros(len(measured.parameters)))
+    r = np.asarray(_core.residuals(model, way.robot.samples(data), measured, theta))
+    assert np.allclose(r.reshape(len(q), count, 2), drawn(cell, q, row=np.arange(len(q))), atol=1e-7)
+    there = way.told_member("wrist", way.robot.description.cameras["wrist"])
+    for key in ("xyz_mm", "rpy_deg", "sag_mm", "sag_deg"):
+        assert np.allclose(there[key], cell.cameras["wrist"][key], atol=1e-9)
+    assert np.allclose(there["knocked"]["before_mm"], KNOCKED["before_mm"], atol=1e-9)

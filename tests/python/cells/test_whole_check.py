@@ -131,8 +131,13 @@ def test_pictures_of_a_cell_are_checked(tmp_path: Path) -> None:
     assert (found["verdict"], set(found["kinds"])) == ("holds", {"corner"})
 
 
-def test_what_cannot_be_checked_gets_one_sentence(head: tuple[Path, Cell]) -> None:
+def test_what_cannot_be_checked_gets_one_sentence(
+    head: tuple[Path, Cell], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder, true = head
+    write_readings(tmp_path / "new.csv", true, read(true, 8, 9))
+    assert main(["check", str(folder / "cell.yaml"), str(tmp_path / "new.csv")]) == 2
+    assert "keeps no covariance of all its parameters" in capsys.readouterr().err
     model, new = load_cell(folder / "model.yaml"), read(true, 8, 9)
     with pytest.raises(InvalidInput, match="keeps no covariance of all its parameters"):
         check_whole(replace(model, record=None), new)
