@@ -85,12 +85,17 @@ class Mechanism:
         return np.zeros((6, self.model.nv))
 
     def close(self, q: Array, moved: list[int]) -> tuple[Array, float]:
-        """q with the joints `moved` where all equations hold, and the largest that is left."""
+        """q with the joints `moved` where all equations hold, and the largest that is left.
+
+        What is closed takes one step more: near a singular posture joints are off by many times what is left.
+        """
         q = q.copy()
+        closed = False
         for _ in range(100):
             e, J = self.equations(q)
-            if np.abs(e).max() < CLOSED:
+            if closed:
                 break
+            closed = bool(np.abs(e).max() < CLOSED)
             step = -np.linalg.lstsq(J[:, moved], e, rcond=INDEPENDENT)[0]
             q[moved] += step * min(1.0, 0.2 / max(np.abs(step).max(), 1e-300))
         return q, float(np.abs(self.equations(q)[0]).max())

@@ -13,6 +13,7 @@ namespace fastcal {
 namespace {
 
 constexpr double kGap = 1e-12;          // [m], [rad]: closed
+constexpr double kRounding = 1e-14;     // the same where a step hardly makes it less
 constexpr double kStillClosed = 1e-10;  // the same where rounding leaves more
 constexpr int kSteps = 60;
 constexpr int kHalvings = 12;
@@ -59,13 +60,15 @@ bool Assembler::close(double* q, const Twists* xi) {
   std::vector<double> to(q, q + chain_.joint_count());
   for (int step = 0; step < kSteps; ++step) {
     const double before = e_.norm();
-    if (gap() <= kGap) return true;
+    if (gap() <= kRounding) return true;
+    // Near a singular posture passive joints are off by many times the gap: what is closed takes one step more.
+    const bool is_closed = gap() <= kGap;
     Eigen::VectorXd dq = newton_step(by_passive_, e_);
     if (!dq.allFinite()) break;
     const double longest = dq.cwiseAbs().maxCoeff();
     double share = longest > kLongest ? kLongest / longest : 1;
     bool better = false;
-    for (int half = 0; half < kHalvings && !better; ++half, share /= 2) {
+    for (int half = 0; half < (is_closed ? 1 : kHalvings) && !better; ++half, share /= 2) {
       for (std::size_t p = 0; p < chain_.passive.size(); ++p) {
         const int joint = chain_.passive[p];
         to[static_cast<std::size_t>(joint)] = q[joint] + share * dq[static_cast<Eigen::Index>(p)];
@@ -78,6 +81,7 @@ bool Assembler::close(double* q, const Twists* xi) {
       break;
     }
     std::copy(to.begin(), to.end(), q);
+    if (is_closed) return true;
   }
   return gap() <= kStillClosed;
 }

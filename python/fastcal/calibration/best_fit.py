@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.curvature import bend_caveat
+from fastcal.calibration.bent_intervals import reaches
+from fastcal.calibration.curvature import bend, bend_caveat, is_bent
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.kind_noise import noise_by_kind, scaled
 from fastcal.calibration.never_worse import is_worse, never_worse
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residual_checks import MOST_ROWS, Checks, Cleared, cleared, noise_and_posture
-from fastcal.calibration.residuals import near_fit
+from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.calibration.shrinkage import Shrinkage, shrinkage
 from fastcal.calibration.variance_components import noise_of_own_freedom
 from fastcal.measurements.kinds import KindNoise
@@ -59,6 +60,7 @@ class BestFit:
         held: How the geometry was held near nominal; None where it was free.
         limits: Bounds, priors and pulls by which the solver was held.
         status, message: Of the calibration: those of the fit that was asked for, where base and tool alone are left.
+        reaches: (p, 2) of a free fit that bends, how far intervals reach down and up (`bent_intervals`).
     """
 
     problem: CalibrationProblem
@@ -68,6 +70,7 @@ class BestFit:
     limits: dict[str, FloatArray] = field(default_factory=dict)
     status: str = ""
     message: str = ""
+    reaches: FloatArray | None = None
 
     def uncertainty(self) -> tuple[FloatArray, FloatArray, dict[str, KindNoise], int]:
         """Covariance (p, p) of the free parameters, its lower root, the noise by kind, and its degrees of freedom."""
@@ -119,12 +122,21 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
         limits |= {} if held is None else held.pull
     near = near_fit(part, found) if way.checks and found.status == "converged" else None
     serial, more, caveats = (None, [], []) if near is None else noise_and_posture(near, part, found)
-    bent = [] if near is None else bend_caveat(near, part)
+    is_free = not limits and held is None and serial is None
+    follows, bent = (None, []) if near is None else _bent(near, part, is_free=is_free)
     caveats, more = [*caveats, *bent], [*more, *bent]
     aside = [*fit.moved, *([] if chosen.why else fit.set_aside)]
     return BestFit(
-        problem, found, Checks(serial, [*notes, *more], aside, caveats, notes), held, limits, status, message
+        problem, found, Checks(serial, [*notes, *more], aside, caveats, notes), held, limits, status, message, follows
     )
+
+
+def _bent(near: Residuals, problem: CalibrationProblem, *, is_free: bool) -> tuple[FloatArray | None, list[str]]:
+    """How far intervals reach where the fit bends within them, if nothing but the rows holds it, and the caveat."""
+    size = bend(near, problem)
+    if not is_bent(size):
+        return None, []
+    return (reaches(near, problem) if is_free else None), [bend_caveat(size, follows=is_free)]
 
 
 def _held(

@@ -284,6 +284,7 @@ def calibrate(
         known_lengths=lengths,
         cameras=cameras,
         own_freedom=freedom_of_parameters(problem, found) if fit.held is None else None,
+        reaches=fit.reaches,
     )
 
 

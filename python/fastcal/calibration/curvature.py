@@ -8,7 +8,8 @@ d = +-1.96 s v with |J v| = 1, the whitened residuals r leave their straight lin
     c = (r(theta + d) + r(theta - d) - 2 r(theta)) / 2,    which other parameters take up by  f = J^+ c.
 
 The bend is the root of the mean square of f_k / (1.96 s_k), s_k their stated deviations: the parameter-effects
-curvature of D. Bates and D. Watts (1980, J. R. Statist. Soc. B 42), by parameters. Stated deviations come from J alone.
+curvature of D. Bates and D. Watts (1980, J. R. Statist. Soc. B 42), by parameters. Stated deviations come from J alone;
+where the fit is bent, intervals come from profiles (`bent_intervals`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals
+from fastcal.said import said
 
 _DIRECTIONS = 3
 _REACH = 1.96  # standard deviations
@@ -24,7 +26,9 @@ _BENT = 0.15  # of the parameters' own intervals; those of a delta printer, most
 
 
 def bend(near: Residuals, problem: CalibrationProblem) -> float:
-    """The largest of the directions that rows show least."""
+    """The largest of the directions that rows show least; 0 of a robot without closed loops."""
+    if not problem.robot.passive:
+        return 0.0
     J = near.J[near.kept][:, near.free]
     size = np.linalg.norm(J, axis=0)
     if len(J) <= J.shape[1] or not size.all():
@@ -44,15 +48,22 @@ def bend(near: Residuals, problem: CalibrationProblem) -> float:
     return largest
 
 
-def bend_caveat(near: Residuals, problem: CalibrationProblem) -> list[str]:
-    """That intervals are too narrow, where closed loops bend the fit within them."""
-    if not problem.robot.passive:
-        return []
-    size = bend(near, problem)
-    if np.isfinite(size) and size < _BENT:
-        return []
-    return [
+def is_bent(size: float) -> bool:
+    """Is a bend one beyond which the intervals of a straight fit are too narrow?"""
+    return not size < _BENT
+
+
+def bend_caveat(size: float, *, follows: bool) -> str:
+    """That deviations are those of a straight fit; and intervals, unless these follow the curve."""
+    what = (
+        said("intervals follow the curve, but the stated deviations are those of its tangent")
+        if follows
+        else said("the stated deviations and intervals are too narrow")
+    )
+    return said(
         "the rows hardly show some combinations of parameters, and within their intervals the closed loops are no "
-        f"longer straight (others follow by {size:.0%} of theirs): the stated deviations and intervals are too narrow; "
-        "hold what a caliper knows better, or measure the orientation too"
-    ]
+        "longer straight (others follow by {share:.0%} of theirs): {what}; hold what a caliper knows better, or "
+        "measure the orientation too",
+        share=size,
+        what=what,
+    )

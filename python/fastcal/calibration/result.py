@@ -79,6 +79,7 @@ class CalibrationResult(Plotted):
         unknowns: Of the observations, by what they are of: the place (3,) [m] of "anchor 2" of measured lengths.
         known_lengths: Lengths between touched points that the robot file knows, beside those found.
         cameras: How surely the place of each camera is known.
+        reaches: (P, 2) of a fit that bends within its intervals, how far these reach down and up, over t times `std`.
         own_freedom: (P,) degrees of freedom of the parameters' deviations, where several kinds have each its noise.
     """
 
@@ -111,6 +112,7 @@ class CalibrationResult(Plotted):
     known_lengths: list[KnownLength] = field(default_factory=list)
     cameras: list[CameraPlace] = field(default_factory=list)
     own_freedom: FloatArray | None = None
+    reaches: FloatArray | None = None
 
     @property
     def sigma(self) -> float | None:
@@ -130,7 +132,9 @@ class CalibrationResult(Plotted):
     def interval(self, level: float = 0.95) -> FloatArray:
         """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t.
 
-        Of a parameter on its bound the part that the bound leaves, infinite where nothing can be claimed.
+        Where the fit bends within them they follow its profile, as found at 95 %: no longer symmetric, and infinite
+        where the rows do not object. Of a parameter on its bound the part that the bound leaves, infinite where nothing
+        can be claimed.
         """
         from scipy import special  # takes longer to import than a fit
 
@@ -139,12 +143,13 @@ class CalibrationResult(Plotted):
             freedom = np.minimum(freedom, np.maximum(self.own_freedom, 1.0))
         t = special.stdtrit(freedom, 0.5 + level / 2)
         out = np.empty((len(self.parameters), 2))
+        reaches = np.ones(out.shape) if self.reaches is None else self.reaches
         for k, p in enumerate(self.parameters):
             if p.bound is not None:
                 out[k] = p.bound.interval(p.value, float(t[k]))
             else:
                 half = float(t[k]) * (p.std or 0.0)
-                out[k] = p.value - half, p.value + half
+                out[k] = p.value - half * reaches[k, 0], p.value + half * reaches[k, 1]
         return out
 
     def plot_parameters(self) -> Figure:

@@ -27,14 +27,14 @@ from scipy.linalg import lapack
 
 from fastcal import _core
 from fastcal.calibration.geometry_anchoring import geometry_pulls
-from fastcal.calibration.parallel import each
-from fastcal.calibration.tall import gram, moved, taken
+from fastcal.calibration.tall import gram
 from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import priors, rules
+from fastcal.diagnosis.fit_algebra import above, columns_of, inverse_triangle, solved
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Linearization, Problem
-from fastcal.diagnosis.projection import basis, root, root_again
+from fastcal.diagnosis.projection import basis, root
 from fastcal.diagnosis.starting_values import carried, first_guess
 from fastcal.robot.robot import Spec
 
@@ -47,7 +47,6 @@ MAX_STEP = 30.0
 MAX_ITERATIONS = 15
 # Share of chi square that rounding may make of a gain or a loss.
 CHI_SQUARE_SHARE = 1e-5
-_COVARIANCE = 1e-6  # relative error of a covariance that decides nothing
 _WIDER = 1.3  # by which the longest reach grows with each step that succeeds, once one has failed
 
 
@@ -95,14 +94,14 @@ class Fit:
     @cached_property
     def pulled_covariance(self) -> FloatArray:
         """(F, F) of the free parameters, (A^T A)^-1 of `whitened`: with pulls, as curves are drawn."""
-        inverse = _inverse_triangle(lambda: self.whitened[0], self.normal)
+        inverse = inverse_triangle(lambda: self.whitened[0], self.normal)
         return np.asarray(inverse @ inverse.T)
 
     @cached_property
     def _inverse(self) -> FloatArray:
         """R^-1 of A = Q R, whose rows are the measured numbers and the priors."""
         known = 1 / self.prior[self.free]
-        return _inverse_triangle(lambda: _above(self._measured, known), self._measured_normal + np.diag(known**2))
+        return inverse_triangle(lambda: above(self._measured, known), self._measured_normal + np.diag(known**2))
 
     def root(self, kept: list[int]) -> FloatArray:
         """Lower triangular L, L L^T the covariance of some of the free ones: no Cholesky that rounding could end."""
@@ -197,13 +196,13 @@ class Fit:
     def standardized(self) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
         """`whitened` as it was measured, row by row: each number over its standard deviation, whatever they share."""
         factor = self.problem.noise.factor
-        return self._with_priors(_columns(self.near, self.free) / factor, -self.near.r / factor)
+        return self._with_priors(columns_of(self.near, self.free) / factor, -self.near.r / factor)
 
     def _with_priors(self, A: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
         deviation = priors.held(self.prior, self.pull)[self.free]
         away = (self.theta - self.centre)[self.free] / deviation
         row = np.concatenate([self.near.row, np.full(len(away), -1)])
-        return _above(A, 1 / deviation), np.concatenate([r, -away]), row
+        return above(A, 1 / deviation), np.concatenate([r, -away]), row
 
     @cached_property
     def on_every_row(self) -> Fit:
@@ -218,7 +217,7 @@ class Fit:
     @property
     def _measured(self) -> FloatArray:
         """(m, F) whitened derivatives of the measured numbers."""
-        J = _columns(self.near, self.free)
+        J = columns_of(self.near, self.free)
         J /= self.problem.noise.factor
         return without_memory(self.problem, J, self.near.row)
 
@@ -293,7 +292,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
 
     def products(near: Linearization, known: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
         """J, J^T J, which may be `known`, and J^T r of the free parameters."""
-        J = white(near, _columns(near, free))
+        J = white(near, columns_of(near, free))
         return J, gram(J) if known is None else known, J.T @ white(near, near.r)
 
     def stepped(
@@ -303,7 +302,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         scale = size[free]
         J, normal, along = near
         g = -along * scale / factor**2 - (theta - centre)[free] * scale / deviation**2
-        step = _solve(J, normal, scale / factor, np.hypot(scale / deviation, 1 / reach), g)
+        step = solved(J, normal, scale / factor, np.hypot(scale / deviation, 1 / reach), g)
         out = theta.copy()
         out[free] += step * scale
         index = np.array(free)[critical]
@@ -313,16 +312,14 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     same = start if start is not None and start.is_of(problem, entries, theta) else None
     near = linearized(theta) if same is None else same.near
     work = near.J.size
-    size = priors.plausible_sizes(problem, model, near)
+    # Near a fold of closed loops columns grow without limit: sizes there would hold the arm to the file.
+    nominal = _at_the_file(problem, near, lambda: linearized(centre))
+    size = priors.plausible_sizes(problem, model, nominal)
     prior = np.concatenate([priors.of_effects(problem, entries, effects, model), no_bound])
     centre[np.isfinite(prior)] = 0.0
     prior = np.where(np.isfinite(prior), prior, rules.PRIOR_WIDTH * size)
-    prior = np.minimum(prior, priors.widest(problem, model, near, entries, effects))
-    pull = np.full(len(theta), np.inf)
-    if pulled and start is not None:
-        own = slice(problem.own)
-        pull[own] = geometry_pulls(model)
-        centre[own] = np.where(np.isfinite(pull[own]), start.theta[own], centre[own])
+    prior = np.minimum(prior, priors.widest(problem, model, nominal, entries, effects))
+    pull = _pull_to(start, model, problem.own, centre) if pulled else np.full(len(theta), np.inf)
     deviation = priors.held(prior, pull)[free]
     best = remaining(theta, near), theta, near
     reach = most = MAX_STEP
@@ -350,47 +347,15 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
     return Fit(problem, added, entries, model, samples, theta, *fixed, best[0], best[2], converged, work, begun[1])
 
 
-def _columns(near: Linearization, free: list[int]) -> FloatArray:
-    """(m, F) of the parameters that are free, row by row in memory."""
-    return taken(near.J, np.array(free, dtype=np.intp), axis=1)
+def _at_the_file(problem: Problem, near: Linearization, there: Callable[[], Linearization]) -> Linearization:
+    """Where sizes are taken: with closed loops `there`, at the geometry of the file, else `near`."""
+    return there() if problem.start.robot.passive else near
 
 
-def _above(A: FloatArray, diagonal: FloatArray) -> FloatArray:
-    """(m + p, p) A (m, p) above a diagonal matrix."""
-    out = np.empty((len(A) + len(diagonal), len(diagonal)))
-
-    def copy(rows: slice) -> None:
-        out[rows] = A[rows]
-
-    each(copy, moved(*A.shape))
-    out[len(A) :] = np.diag(diagonal)
-    return out
-
-
-def _inverse_triangle(rows: Callable[[], FloatArray], normal: FloatArray) -> FloatArray:
-    """(p, p) R^-1 of A = Q R (m, p), in whatever units its columns are; `rows` gives A, `normal` is A^T A."""
-    length = np.sqrt(np.diag(normal))
-    normal = normal / np.outer(length, length)
-    L = root(normal, _COVARIANCE)
-    if L is None:
-        A = rows()
-        L = root_again(A, length, normal)
-        R = linalg.qr(A / length, mode="r", check_finite=False)[0][: A.shape[1]] if L is None else L.T
-    else:
-        R = L.T
-    return np.asarray(lapack.dtrtri(R)[0] / length[:, np.newaxis])
-
-
-def _solve(J: FloatArray, normal: FloatArray, scale: FloatArray, hold: FloatArray, g: FloatArray) -> FloatArray:
-    """The solution x of (S J^T J S + H^2) x = g, S and H diagonal: each column has a prior, so it has full rank.
-
-    `normal` is J^T J. By Cholesky, a tenth of the work of a QR of the rows; by that where rounding makes the squares
-    indefinite.
-    """
-    normal = normal * np.outer(scale, scale)
-    normal[np.diag_indices_from(normal)] += hold**2
-    try:
-        return np.asarray(linalg.cho_solve(linalg.cho_factor(normal, overwrite_a=True, check_finite=False), g))
-    except linalg.LinAlgError:
-        R = linalg.qr(np.vstack([J * scale, np.diag(hold)]), mode="r", check_finite=False)[0][: len(g)]
-        return np.asarray(linalg.cho_solve((R, False), g, check_finite=False))
+def _pull_to(start: Fit | None, model: _core.ErrorModel, own: int, centre: FloatArray) -> FloatArray:
+    """(P,) deviations by which the `own` parameters of the arm are pulled to those of a fit, which `centre` becomes."""
+    pull = np.full(len(centre), np.inf)
+    if start is not None:
+        pull[:own] = geometry_pulls(model)
+        centre[:own] = np.where(np.isfinite(pull[:own]), start.theta[:own], centre[:own])
+    return pull

@@ -63,10 +63,15 @@ def first_guess(
     model: _core.ErrorModel,
     start: Fit | None,
 ) -> FloatArray:
-    """(P,) `carried`; where a constant of closed loops is far off, the first geometry is that of `near_the_file`."""
+    """(P,) `carried`; with closed loops, the geometry of names that `start` lacks begins as without any.
+
+    What lacks a name lies far along the loops' valleys, from where the way of those that have it is long. Where a
+    constant of closed loops is far off, the first geometry is that of `near_the_file`.
+    """
     theta = carried(problem, entries, effects, model, start)
-    if start is not None or not problem.start.robot.passive or problem.has_nominal_arm:
+    if not problem.start.robot.passive or problem.has_nominal_arm or _has_all(start, entries):
         return theta
+    theta[: problem.own] = model.start[: problem.own]
     own = slice(problem.own)
     robust = problem.start.near_the_file[own]
     off = [
@@ -77,6 +82,11 @@ def first_guess(
     if max(off) > _FAR_OFF:
         theta[own] = robust
     return theta
+
+
+def _has_all(start: Fit | None, entries: Sequence[Spec]) -> bool:
+    """Has a fit all of these entries?"""
+    return start is not None and {*map(same_parameters, entries)} <= {*map(same_parameters, start.entries)}
 
 
 def values_by_name(

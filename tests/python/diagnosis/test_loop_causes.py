@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import runpy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from fastcal.robot.loops import closed_within
 from fastcal.robot.robot import Robot
 
 NOISE = 5e-5
+BENCH: dict[str, Any] = runpy.run_path(str(Path(__file__).parents[3] / "bench" / "python" / "bench_loop_causes.py"))
 
 
 def measured(nominal: Robot, changes: dict[str, dict[str, Any]], seed: int) -> Dataset:
@@ -73,6 +76,13 @@ def test_which_end_of_a_bar_is_moved_along_it_is_not_told() -> None:
 def test_a_robot_whose_parts_are_all_alike_has_none(name: str) -> None:
     nominal = load_robot(name)
     assert diagnose(nominal, measured(nominal, {}, seed=4)).verdict == "none"
+
+
+def test_a_soft_rod_is_named_where_rods_bend_the_rows() -> None:
+    """What lacks it lies far along the loops' valleys, and its linearized rows feign that geometry does as well."""
+    found = BENCH["trial"]("delta_printer", "yields", 1002)
+    assert found["cause"] == "rod_compliance@arm_c1"
+    assert [label for label, _, _ in found["effects"]] == ["rod_compliance@arm_c1"]
 
 
 def test_an_excluded_name_is_not_given_and_another_rod_is_no_better_than_b() -> None:

@@ -463,3 +463,22 @@ def test_the_controller_keeps_the_loops_that_it_had_before_calibration(tmp_path:
     assert found.model.description.loops != robot.description.loops
     found.model.save(tmp_path / "model.yaml")
     assert nominal_robot(load_robot(tmp_path / "model.yaml")).description.loops == robot.description.loops
+
+
+def test_near_a_stretched_posture_passive_joints_are_those_of_the_closed_form() -> None:
+    """Rods of 270 and 320 mm nearly in line: what leaves 1e-12 m of the loop leaves 1e-10 rad and more of joint 3.
+
+    The rod at the tool stands at a to the line of the cranks' ends, cos a = (l^2 + d^2 - k^2) / (2 l d).
+    """
+    spec = load_robot("five_bar").spec
+    spec["loops"][0]["length_mm"] = 270
+    robot = load_robot(spec)
+    opened = 0.2260 + 2e-5 * np.arange(200)  # of both cranks; at 0.22408 all is in line
+    found = robot.assemble(np.column_stack([np.pi - opened, opened, np.ones_like(opened)]))
+    there = np.array([status == "closed" for status in found.status])
+    assert there.sum() > 100
+    d = np.longdouble("0.2") + np.longdouble("0.4") * np.cos(opened.astype(np.longdouble))
+    k, rod = np.longdouble("0.27"), np.longdouble("0.32")
+    a = np.arccos((rod**2 + d**2 - k**2) / (2 * rod * d))
+    expected = (np.arccos(np.longdouble(-1)) - a - opened).astype(np.float64)
+    assert np.abs(found.q[:, 2] - expected)[there].max() < 2e-12
