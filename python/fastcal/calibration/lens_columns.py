@@ -87,10 +87,9 @@ def size_columns(problem: CalibrationProblem, near: Residuals) -> FloatArray:
 
 
 def lens_note(problem: CalibrationProblem, near: Residuals) -> str | None:
-    """The sentence where another lens would explain most of what the fit leaves; None where it would not.
+    """The sentence where another lens, or boards of another size, would explain most of what the fit leaves, or None.
 
-    Boards of another size are said in its place where they explain more, and beside it where they explain about as
-    much, as in pictures of boards that all face the camera.
+    Where both explain about as much, as in pictures of boards that all face the camera, both are said.
     """
     found = lens_columns(problem, near)
     if found is None:
@@ -101,9 +100,9 @@ def lens_note(problem: CalibrationProblem, near: Residuals) -> str | None:
         return None
     r, row, D = near.residual[corners], near.row[corners], size_columns(problem, near)[corners]
     alone, with_lens, with_size = (huber_fit(of, r, row)[0] for of in (J, np.hstack([J, H]), np.hstack([J, D])))
-    if with_lens > (1 - EXPLAINED) * alone:
-        return None
     least = min(with_lens, with_size)
+    if least > (1 - EXPLAINED) * alone:
+        return None
     said, acts = [], []
     if with_lens <= _ALIKE * least:
         names, several = ", ".join(found.cameras), len(found.cameras) > 1
