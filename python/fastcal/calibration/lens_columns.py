@@ -6,15 +6,13 @@ With r the whitened residuals of the fit, J its columns and H those of focal len
 
     share = 1 - |r - (J, H) x|^2 / |r - J y|^2
 
-is what another lens would explain, or boards of another size by theirs. It is told where that is more than half of what
-the fit leaves: corners of a picture share the errors of the arm, so that chance alone is no measure.
+is what another lens would explain. It is told where that is more than half of what the fit leaves: corners of a picture
+share the errors of the arm, so that chance alone is no measure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -26,10 +24,9 @@ from fastcal.calibration.residuals import Residuals
 from fastcal.calibration.shifted_rows import EXPLAINED, huber_fit
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.kinds import kind_named
-from fastcal.robot.rig import PLACEMENT, sized
+from fastcal.robot.rig import PLACEMENT
 
 _COEFFICIENTS = {"pinhole": 5, "fisheye": 4}  # k1, k2, p1, p2, k3 of a lens whose file has fewer
-_ALIKE = 2.0  # times the squares that the better of two explanations leaves: the other one is as good
 _FEWEST = 5.0  # numbers a parameter: with fewer another lens would explain much of any noise
 
 
@@ -72,25 +69,8 @@ def lens_columns(problem: CalibrationProblem, near: Residuals) -> LensColumns | 
     return LensColumns(known, J[near.place][:, of_lens])
 
 
-def size_columns(problem: CalibrationProblem, near: Residuals) -> FloatArray:
-    """(m, b) whitened change of what was measured by the size of each board, all its lengths a unit share larger."""
-    boards, share = problem.robot.description.boards, 1e-5
-    theta, noise = near.theta, near.noise
-
-    def left(scaled: Mapping[str, Any]) -> FloatArray:
-        measured = measurements(problem.data, problem.robot.with_(boards=scaled))
-        return np.asarray(_core.linearize(problem.model, problem.samples, measured, theta, noise, problem.threads).r)
-
-    as_is = left(boards)
-    columns = [(left({**boards, name: sized(board, 1 + share)}) - as_is) / share for name, board in boards.items()]
-    return np.column_stack(columns)[near.place]
-
-
 def lens_note(problem: CalibrationProblem, near: Residuals) -> str | None:
-    """The sentence where another lens, or boards of another size, would explain most of what the fit leaves, or None.
-
-    Where both explain about as much, as in pictures of boards that all face the camera, both are said.
-    """
+    """The sentence where another lens would explain most of what the fit leaves; None where it would not."""
     found = lens_columns(problem, near)
     if found is None:
         return None
@@ -98,24 +78,13 @@ def lens_note(problem: CalibrationProblem, near: Residuals) -> str | None:
     J, H = near.J[corners][:, near.free], found.columns[corners]
     if corners.sum() < _FEWEST * (J.shape[1] + H.shape[1]):
         return None
-    r, row, D = near.residual[corners], near.row[corners], size_columns(problem, near)[corners]
-    alone, with_lens, with_size = (huber_fit(of, r, row)[0] for of in (J, np.hstack([J, H]), np.hstack([J, D])))
-    least = min(with_lens, with_size)
-    if least > (1 - EXPLAINED) * alone:
+    r, row = near.residual[corners], near.row[corners]
+    alone, with_lens = huber_fit(J, r, row)[0], huber_fit(np.hstack([J, H]), r, row)[0]
+    if with_lens > (1 - EXPLAINED) * alone:
         return None
-    said, acts = [], []
-    if with_lens <= _ALIKE * least:
-        names, several = ", ".join(found.cameras), len(found.cameras) > 1
-        said.append(f"camera{'s' if several else ''} {names}: another lens than the file's")
-        acts.append(
-            "calibrate the lens, or have it identified with `intrinsics: identify` and `distortion: [0, 0, 0, 0, 0]`"
-        )
-    if with_size <= _ALIKE * least:
-        boards = list(problem.robot.description.boards)
-        said.append(f"board{'s' if len(boards) > 1 else ''} {', '.join(boards)}: another size than the file's")
-        acts.append("measure the squares over the whole board")
-    both = "; these pictures do not tell the two apart, others with the board slanted do" if len(said) > 1 else ""
+    names, several = ", ".join(found.cameras), len(found.cameras) > 1
     return (
-        f"{', or '.join(said)} would explain {100 * (1 - least / alone):.0f} % of the squares that are left{both}: "
-        f"{', and '.join(acts)}"
+        f"camera{'s' if several else ''} {names}: another lens than the file's would explain "
+        f"{100 * (1 - with_lens / alone):.0f} % of the squares that are left: calibrate the lens, or have it "
+        "identified with `intrinsics: identify` and `distortion: [0, 0, 0, 0, 0]`"
     )

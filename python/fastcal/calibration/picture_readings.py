@@ -3,9 +3,9 @@
 """What was meant where pictures and arm do not agree: another board, lens, unit, order, sign or frame than was given.
 
 A picture by itself says whether its corners can be those of this board: the homography of a grid holds for one number
-of corners to a row. With the arm, poses A_i of what carries the camera and S_i of the board agree in A_i X S_i = Y
-(`hand_eye`) for the reading that was meant. It is named where as given they are far off, and where it fits BETTER times
-as well, the poses or the corners that they draw; else nothing is named.
+of corners to a row. With the arm, poses A_i of what
+carries the camera and S_i of the board agree in A_i X S_i = Y (`hand_eye`) for the reading that was meant. It is named
+where as given they are far off, and where it fits BETTER times as well; else nothing is named.
 """
 
 from __future__ import annotations
@@ -183,14 +183,11 @@ def meant_with_arm(view: View, arm: Arm, others: Mapping[str, Spec]) -> str | No
     if len(rows) < FEWEST:
         return None
     A = arm.between(view.camera, view.board)[rows]
-    given = _Reading("", "", A, S, view.camera, view.uv[rows])
-    near, far = disagreement(A, S) / BETTER, FAR * float(view.camera["size_px"][0])
-    seen = min(given.misses(view.board) / BETTER, far)
-    looked = [(reading, reading.misses(view.board)) for reading in _looked_at(view, arm, others, rows, S)]
-    fitting = [(of, miss) for of, miss in looked if miss < seen or disagreement(of.A, of.S) < near]
-    if not fitting:
+    as_given = disagreement(A, S)
+    found = [reading for reading in _looked_at(view, arm, others, rows, S) if _fits(reading) * BETTER < as_given]
+    if not found:
         return None
-    found, misses = [of for of, _ in fitting], [miss for _, miss in fitting]
+    misses = [reading.misses(view.board) for reading in found]
     order = np.argsort(misses, kind="stable").tolist()
     named: dict[str, str] = {}
     for k in order:
@@ -200,6 +197,10 @@ def meant_with_arm(view: View, arm: Arm, others: Mapping[str, Spec]) -> str | No
         return f"{view.shown}: {found[order[0]].words}"
     both = "; or ".join(named.values())
     return f"{view.shown}: {both}; {_NOT_TOLD}"
+
+
+def _fits(reading: _Reading) -> float:
+    return disagreement(reading.A, reading.S)
 
 
 def _looked_at(view: View, arm: Arm, others: Mapping[str, Spec], rows: IntArray, S: FloatArray) -> list[_Reading]:
