@@ -23,7 +23,7 @@ from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.calibration.moving_rig import frames_of
 from fastcal.calibration.problem import CalibrationProblem
-from fastcal.calibration.unknowns import CORNERS, unknowns_with_covariance
+from fastcal.calibration.unknowns import CORNERS, of_corners, unknowns_with_covariance
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import pose
 from fastcal.robot.hand_eye import hand_eyes
@@ -179,11 +179,14 @@ def within(C: FloatArray, freedom: int) -> float:
 
 
 def _open_directions(problem: CalibrationProblem, found: _core.Identification, own: int) -> FloatArray:
-    """(U, k) directions of the unknowns that nothing shows beside the arm as it is, of length 1 in plausible sizes."""
+    """(U, k) directions of the unknowns that no corner shows beside the arm as it is, of length 1 in plausible sizes.
+
+    Of corners alone: what exact touches show would make all that corners show look like rounding.
+    """
     near = problem.linearize(np.asarray(found.theta), list(found.common_noise))
     unknowns = problem.measured.parameters
     sizes = np.array([parameter.sigma for parameter in unknowns])
-    J = np.asarray(near.J)[:, own:] * sizes
+    J = np.asarray(near.J)[of_corners(near, problem.measured)][:, own:] * sizes
     known = sizes / known_within(problem.robot.description, unknowns)
     values, directions = np.linalg.eigh(J.T @ J + np.diag(known**2))
     return np.asarray(directions[:, values < max(1 / _KNOWN_TO**2, _ROUNDING * values[-1])])

@@ -32,7 +32,12 @@ FLAT = 0.002  # of the picture's width: no flat board seen by its lens leaves mo
 SLIPS = (0, 1, -1, 2, -2, 3, -3)  # rows by which all pictures, or many, may have slipped
 _TRIED = 40  # pictures, spread over all
 _GLANCED = 12  # of them, for a lens
-_LOOKED = 3  # readings of the arm that are looked at closely, those that fit best at a glance
+_LOOKED = 3  # readings of a kind that are looked at closely, those that fit best at a glance
+_ALIKE = 1.5  # times: pictures that miss two drawings by so little more do not tell them apart
+_NOT_TOLD = (
+    "these pictures fit each: measure the squares of the board, and take pictures slanted by 30 degrees about several "
+    "axes, at two distances"
+)
 _WHOLE = 0.03  # by which a ratio may miss that of two units, or of two sizes of picture
 _UNITS = {factor(unit) / factor("mm"): text for unit, text in (("m", "in m"), ("in", "in inches"))}
 _UNITS |= {10.0: "in cm", 100.0: "100 times too small"}
@@ -129,8 +134,45 @@ def drawn_by_poses(view: View, arm: Arm, fits: Callable[[FloatArray], float], en
     return best
 
 
+@dataclass(frozen=True, eq=False)
+class _Reading:
+    """Another reading of pictures and arm.
+
+    Attributes:
+        of: What it changes: board, lens, frames, arm, axes.
+        words: What it says.
+        A: (M, 4, 4) of what carries the camera, in the frame of what carries the board.
+        S: (M, 4, 4) T_camera_board [m].
+        camera: With the lens then.
+        uv: (M, K, 2) the corners [px].
+        scale: The board's size over that of the file.
+    """
+
+    of: str
+    words: str
+    A: FloatArray
+    S: FloatArray
+    camera: Spec
+    uv: FloatArray
+    scale: float = 1.0
+
+    def misses(self, board: Spec) -> float:
+        """By how much the pictures miss where the arm draws them then [px], half of them by less."""
+        solved = hand_eye(self.A, self.S)
+        if solved is None:
+            return np.inf
+        T = np.linalg.inv(self.A @ solved[0]) @ solved[1]
+        T[:, :3, 3] /= self.scale
+        r = np.linalg.norm(drawn_board(self.camera, board, T) - self.uv, axis=2)
+        return float(np.median(np.sqrt(np.nanmean(r**2, axis=1))))
+
+
 def meant_with_arm(view: View, arm: Arm, others: Mapping[str, Spec]) -> str | None:
     """What explains pictures that are far off: other frames, joints, units, lenses, axes of the picture; None: nothing.
+
+    Of several that fit, that is named whose drawing the pictures miss least; readings of another kind that they miss
+    about as little are named beside it: flat motion shows a board of another size and a lens of another focal length
+    alike.
 
     Args:
         view: The pictures.
@@ -142,16 +184,35 @@ def meant_with_arm(view: View, arm: Arm, others: Mapping[str, Spec]) -> str | No
         return None
     A = arm.between(view.camera, view.board)[rows]
     as_given = disagreement(A, S)
-    scale = length_ratio(A, S)
-    glances: list[tuple[float, str, FloatArray, FloatArray]] = []
-    if scale is not None:
-        glances.append((0.0, _scaled(scale), A, with_lengths(S, scale)))
-    for words, T_A, T_S in _readings(view, arm, others, rows, S):
-        glances.append((_glance(T_A, T_S), words, T_A, T_S))
-    glances.sort(key=lambda of: of[0])
-    looked = [(disagreement(T_A, T_S), words) for _, words, T_A, T_S in glances[:_LOOKED]]
-    least, words = min(looked, default=(np.inf, ""))
-    return f"{view.shown}: {words}" if least * BETTER < as_given else None
+    found = [reading for reading in _looked_at(view, arm, others, rows, S) if _fits(reading) * BETTER < as_given]
+    if not found:
+        return None
+    misses = [reading.misses(view.board) for reading in found]
+    order = np.argsort(misses, kind="stable").tolist()
+    named: dict[str, str] = {}
+    for k in order:
+        if misses[k] <= _ALIKE * misses[order[0]]:
+            named.setdefault(found[k].of, found[k].words)
+    if len(named) == 1:
+        return f"{view.shown}: {found[order[0]].words}"
+    both = "; or ".join(named.values())
+    return f"{view.shown}: {both}; {_NOT_TOLD}"
+
+
+def _fits(reading: _Reading) -> float:
+    return disagreement(reading.A, reading.S)
+
+
+def _looked_at(view: View, arm: Arm, others: Mapping[str, Spec], rows: IntArray, S: FloatArray) -> list[_Reading]:
+    """Of each kind those readings that fit best at a glance."""
+    glances: dict[str, list[tuple[float, _Reading]]] = {}
+    for reading in _readings(view, arm, others, rows, S):
+        glances.setdefault(reading.of, []).append((_glance(reading.A, reading.S), reading))
+    return [
+        reading
+        for own in glances.values()
+        for _, reading in sorted(own, key=lambda of: of[0])[:_LOOKED]
+    ]
 
 
 def mirrored(view: View) -> bool:
@@ -234,33 +295,37 @@ def _with_lens(camera: Spec, focal: FloatArray, centre: FloatArray) -> Spec:
 
 def _readings(
     view: View, arm: Arm, others: Mapping[str, Spec], rows: IntArray, S: FloatArray
-) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Words, poses A and S (M, 4, 4) of each reading."""
-    camera, board = view.camera, view.board
+) -> Iterator[_Reading]:
+    """All that are tried; S are the poses (M, 4, 4) in the rows as the file has board and lens."""
+    camera, board, uv = view.camera, view.board, view.uv
+    A = arm.between(camera, board)
+    if (scale := length_ratio(A[rows], S)) is not None:
+        yield _Reading("board", _scaled(scale), A[rows], with_lengths(S, scale), camera, uv[rows], scale)
     whose = (
         f"is camera {view.names[0]} on {{}} and board {view.names[1]} on {{}}, not on {camera['on']} and {board['on']}?"
     )
     for on in arm.frames:
         for ends in ((on, "world"), ("world", on)):
             if ends != (camera["on"], board["on"]):
-                yield whose.format(*ends), _between(arm.poses, *ends)[rows], S
+                there = _between(arm.poses, *ends)[rows]
+                yield _Reading("frames", whose.format(*ends), there, S, camera, uv[rows])
     for words, poses in arm.otherwise():
-        yield words, _between(poses, camera["on"], board["on"])[rows], S
-    A = arm.between(camera, board)
+        yield _Reading("arm", words, _between(poses, camera["on"], board["on"])[rows], S, camera, uv[rows])
     if camera["intrinsics"] != "identify":
-        some = np.full_like(view.uv, np.nan)
-        some[rows[:: max(1, len(rows) // _GLANCED)]] = view.uv[rows[:: max(1, len(rows) // _GLANCED)]]
+        some = np.full_like(uv, np.nan)
+        some[rows[:: max(1, len(rows) // _GLANCED)]] = uv[rows[:: max(1, len(rows) // _GLANCED)]]
         for words, lens in _lenses(view, others):
             of, T = view.poses(lens, some)
-            yield f"its pictures do not fit the lens of the file: {words}", A[of], T
+            said = f"its pictures do not fit the lens of the file: {words}"
+            yield _Reading("lens", said, A[of], T, {**camera, **lens}, uv[of])
     width = float(camera["size_px"][0])
-    across = np.stack([width - 1 - view.uv[..., 0], view.uv[..., 1]], axis=-1)
-    for words, uv in (
-        ("u_px and v_px are exchanged", view.uv[..., ::-1]),
+    across = np.stack([width - 1 - uv[..., 0], uv[..., 1]], axis=-1)
+    for words, turned in (
+        ("u_px and v_px are exchanged", uv[..., ::-1]),
         ("its pictures are mirrored, left for right, as some programs show them", across),
     ):
-        of, T = view.poses(uv=uv)
-        yield words, A[of], T
+        of, T = view.poses(uv=turned)
+        yield _Reading("axes", words, A[of], T, camera, turned[of])
 
 
 def _between(poses: Callable[[str], FloatArray], camera_on: str, board_on: str) -> FloatArray:

@@ -27,10 +27,11 @@ from fastcal.calibration.repeatability import place_groups
 from fastcal.calibration.touched_places import beside_own
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
-from fastcal.diagnosis.noise_scales import first_kind, numbers_of, sigmas
+from fastcal.diagnosis.noise_scales import numbers_of, observation_of, sigmas
 from fastcal.diagnosis.priors import held
 from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.kinds import Kind
 from fastcal.measurements.splits import deal
 from fastcal.place import place_of
 
@@ -206,22 +207,20 @@ class HeldOut:
 
         return np.concatenate(each(of_fold, range(rules.FOLDS)))
 
-    def rms(self, rows: BoolArray) -> float:
-        """RMS of the error [m] of held-out points, or of lengths where no point was measured, over rows (N,).
-
-        NaN where none of them has any.
-        """
+    def rms(self, rows: BoolArray, kind: Kind) -> float:
+        """RMS of the error of held-out readings of a kind, SI, over rows (N,); NaN where none of them has any."""
+        of = observation_of(self._problem, kind)
         measured = slice(0, self._priors.start)
         row = self._rows[self._row[measured]]
-        own = rows[row] & np.isin(self._number[measured], numbers_of(first_kind(self._problem)))
-        size = self._problem.noise.factor * sigmas(self._problem, row[own], self._number[measured][own])
+        own = rows[row] & np.isin(self._number[measured], numbers_of(of))
+        size = self._problem.noise.factor * sigmas(self._problem, row[own], self._number[measured][own], of)
         if self._problem.weight is not None:
             size /= np.sqrt(self._problem.weight[row[own]])
         squares = float(np.sum((self._errors()[own] * size) ** 2))
         if not own.any():
             return float("nan")
         # Of a picture, that of a corner: two numbers of those that stand for all.
-        readings = own.sum() / 2 if first_kind(self._problem).reading_count > 1 else len(np.unique(row[own]))
+        readings = own.sum() / 2 if of.reading_count > 1 else len(np.unique(row[own]))
         return float(np.sqrt(squares / readings))
 
     def _left_without(self, own: Sequence[int], A: FloatArray | None = None, r: FloatArray | None = None) -> FloatArray:

@@ -22,7 +22,7 @@ from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.kinds import KindNoise, in_order, of_observation
+from fastcal.measurements.kinds import Kind, KindNoise, in_order, of_observation
 from fastcal.measurements.observations import kind_of, sigma_field
 
 # Relative change of a kind's noise that ends its estimate.
@@ -49,17 +49,26 @@ def rms_sigma(problem: Problem, of: _core.Observation | None = None) -> float:
     return noise.factor * noise.scale.get(kind_of(of), 1.0) * float(np.sqrt(square))
 
 
+def observation_of(problem: Problem, kind: Kind) -> _core.Observation:
+    """The first of a kind; where nothing of it was measured, the first kind's."""
+    observations = problem.measured.observations
+    return next((of for of in observations if of_observation(of) == kind), first_kind(problem))
+
+
 def numbers_of(of: _core.Observation) -> range:
     """Places of an observation's numbers among those of a row."""
     return range(of.first_number, of.first_number + len(of.components))
 
 
-def sigmas(problem: Problem, row: NDArray[np.intp], number: NDArray[np.intp]) -> FloatArray:
-    """(m,) noise of numbers of the first kind but for `factor` [m, rad]: each a `number` of its `row` of the data."""
-    of = first_kind(problem)
+def sigmas(
+    problem: Problem, row: NDArray[np.intp], number: NDArray[np.intp], of: _core.Observation | None = None
+) -> FloatArray:
+    """(m,) noise of numbers of a kind (the first) but for `factor`: each a `number` of its `row` of the data."""
+    of = first_kind(problem) if of is None else of
     claims = problem.data.table(sigma_field(kind_of(of)))
     own = 0.0 if claims is None else claims.reshape(len(claims), -1)[row, number - of.first_number]
-    return np.asarray(np.hypot(own, problem.noise.common[_part(of)]) * np.ones(len(row)))
+    size = np.hypot(own, problem.noise.common[_part(of)]) * problem.noise.scale.get(kind_of(of), 1.0)
+    return np.asarray(size * np.ones(len(row)))
 
 
 def with_own_scales(at: Fit, rich: RichFit) -> Noise:

@@ -20,7 +20,7 @@ from fastcal.effects.rig_traits import (
     TIME_OFFSET,
 )
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.rig import BEND, lens_numbers
+from fastcal.robot.rig import BEND, lens_numbers, sized
 from fastcal.robot.robot import Robot, Spec
 
 SAG = tuple(f"{axis}_mm_by_g{of}" for axis in "xyz" for of in "xyz")
@@ -129,10 +129,7 @@ def _lens_change(name: str) -> Callable[[Spec, FloatArray], None]:
 
 def _scale_change(name: str) -> Callable[[Spec, FloatArray], None]:
     def change(spec: Spec, values: FloatArray) -> None:
-        board = spec["boards"][name]
-        for key in ("square_mm", "tag_mm", "gap_mm", "marker_mm"):
-            if key in board:
-                board[key] *= 1.0 + float(values[0])
+        spec["boards"][name] = sized(spec["boards"][name], 1.0 + float(values[0]))
 
     return change
 

@@ -8,7 +8,8 @@ square m of n pictures is held against
     6 n m / s^2 ~ chi^2(6 n),
 
 six being the numbers that a picture says of its posture. Each camera, each board and each joint's zero is then moved to
-where the corners want it, and those that explain them about as well as the best are named, by BIC.
+where the corners want it, and those that explain them about as well as the best are named, by BIC. Where another focal
+length and centre of a camera explain them better than any move, its lens is named.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 from scipy import stats
 
 from fastcal import _core
-from fastcal.arrays import FloatArray
+from fastcal.arrays import BoolArray, FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.levers import levers
 from fastcal.calibration.pictures import seen_by_model
@@ -29,7 +30,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.causes import LEVEL
 from fastcal.place import joint_name, place_of
-from fastcal.robot.rig import PLACEMENT
+from fastcal.robot.rig import PLACEMENT, lens_numbers
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
@@ -53,6 +54,21 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class LensChange:
+    """Another lens than that of the calibration: whose, and by how much its focal lengths [%] and its centre differ."""
+
+    camera: str
+    focal_percent: float
+    centre_px: float
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        focal, centre = f"{self.focal_percent:.2g} %", f"{self.centre_px:.2g} px"
+        return f"the lens of camera {self.camera}: its focal length by {focal}, its centre by {centre}"
+
+
+@dataclass(frozen=True)
 class PictureCheck:
     """What pictures say of a calibrated cell.
 
@@ -61,7 +77,8 @@ class PictureCheck:
         rms_px: Of the corners' coordinates by row.
         expected_px: The same by the calibration's noise.
         p_value: Of errors as large where nothing moved.
-        moved: What explains them, the likeliest first; empty where nothing moved or nothing alone explains it.
+        moved: What explains them, the likeliest first; empty where nothing moved or a lens explains it.
+        lens: What explains them better than any move.
     """
 
     verdict: str
@@ -71,11 +88,13 @@ class PictureCheck:
     p_value: float
     moved: tuple[Moved, ...]
     notes: tuple[str, ...] = ()
+    lens: LensChange | None = None
 
     def to_json_dict(self) -> dict[str, Any]:
         """As check.json has it."""
         rows = [{"row": row, "rms_px": rms} for row, rms in self.rms_px.items()]
-        return {**vars(self), "rms_px": rows, "moved": [vars(of) for of in self.moved], "notes": list(self.notes)}
+        rest = {"notes": list(self.notes), "lens": None if self.lens is None else vars(self.lens)}
+        return {**vars(self), "rms_px": rows, "moved": [vars(of) for of in self.moved], **rest}
 
 
 def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureCheck:
@@ -105,18 +124,21 @@ def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureChec
     p_value = float(stats.chi2.sf(scale * float(r @ r), NUMBERS * pictures))
     rms = {int(i): float(np.sqrt(np.mean(r[row == i] ** 2))) for i in np.unique(row)}
     moved: tuple[Moved, ...] = ()
+    lens: LensChange | None = None
     if p_value < LEVEL:
         G = levers(model.core, data, measured, theta[len(start) :], threads)[row, np.asarray(near.number)[own]]
-        moved = _explained(model, measured, J[:, len(start) :], G, r, scale, pictures)
+        moved, cost = _explained(model, measured, J[:, len(start) :], G, r, scale, pictures)
+        lens = _another_lens(model, data, r, own, scale, pictures, cost - ALIKE)
+        moved = moved if lens is None else ()
     verdict = "holds" if p_value >= LEVEL else "changed"
-    sentence = _sentence(verdict, float(np.sqrt(np.mean(r**2))), noise, pictures, moved)
-    return PictureCheck(verdict, sentence, rms, noise, p_value, moved, looked.notes)
+    sentence = _sentence(verdict, float(np.sqrt(np.mean(r**2))), noise, pictures, moved, lens)
+    return PictureCheck(verdict, sentence, rms, noise, p_value, moved, looked.notes, lens)
 
 
 def _explained(
     model: Robot, measured: _core.Measurements, J: FloatArray, G: FloatArray, r: FloatArray, scale: float, pictures: int
-) -> tuple[Moved, ...]:
-    """Cameras, boards and zeros that explain the corners, the likeliest first."""
+) -> tuple[tuple[Moved, ...], float]:
+    """Cameras, boards and zeros that explain the corners, the likeliest first, and the BIC of that."""
     places: dict[str, list[int]] = {}
     for k, parameter in enumerate(measured.parameters):
         if parameter.name in PLACEMENT:
@@ -126,12 +148,43 @@ def _explained(
         blocks |= {joint_name(joint): G[:, joint : joint + 1] for joint in range(G.shape[1])}
     found: list[tuple[float, Moved]] = []
     for owner, columns in blocks.items():
-        x = np.asarray(np.linalg.lstsq(columns, -r, rcond=1e-10)[0], dtype=np.float64)
-        left = r + columns @ x
-        cost = scale * float(left @ left) + columns.shape[1] * np.log(NUMBERS * pictures)
+        cost, x = _bic(columns, r, scale, pictures)
         found.append((cost, _moved(model, owner, x)))
     found.sort(key=lambda of: of[0])
-    return tuple(of for cost, of in found if cost - found[0][0] < ALIKE)
+    return tuple(of for cost, of in found if cost - found[0][0] < ALIKE), found[0][0]
+
+
+def _bic(columns: FloatArray, r: FloatArray, scale: float, pictures: int) -> tuple[float, FloatArray]:
+    """Of columns that explain what is left, and their numbers."""
+    x = np.asarray(np.linalg.lstsq(columns, -r, rcond=1e-10)[0], dtype=np.float64)
+    left = r + columns @ x
+    return scale * float(left @ left) + columns.shape[1] * float(np.log(NUMBERS * pictures)), x
+
+
+def _another_lens(
+    model: Robot, data: Dataset, r: FloatArray, own: BoolArray, scale: float, pictures: int, least: float
+) -> LensChange | None:
+    """What has changed of a camera's focal lengths and centre, where its BIC is less than `least`; else None."""
+    cameras, step = model.description.cameras, 1e-3  # [px]
+    found: LensChange | None = None
+    for name, camera in cameras.items():
+        columns = []
+        for k in range(4):
+            numbers = np.array(lens_numbers(camera))
+            numbers[k] += step
+            other = {"focal_px": numbers[:2].tolist(), "centre_px": numbers[2:4].tolist()}
+            measured = measurements(data, model.with_(cameras={**cameras, name: {**camera, **other}}))
+            theta = np.append(model.error_model.start, np.zeros(len(measured.parameters)))
+            near = _core.linearize(
+                model.error_model, model.samples(data), measured, theta, [1.0] * len(measured.observations)
+            )
+            columns.append((np.asarray(near.r)[own] - r) / step)
+        cost, x = _bic(np.column_stack(columns), r, scale, pictures)
+        if cost < least:
+            least = cost
+            share = 100 * float(np.mean(x[:2] / np.array(camera["focal_px"])))
+            found = LensChange(name, share, float(np.linalg.norm(x[2:])))
+    return found
 
 
 def _moved(model: Robot, owner: str, x: FloatArray) -> Moved:
@@ -144,10 +197,15 @@ def _moved(model: Robot, owner: str, x: FloatArray) -> Moved:
     return Moved(owner, None, from_si(size, "deg"))
 
 
-def _sentence(verdict: str, rms: float, noise: float, pictures: int, moved: tuple[Moved, ...]) -> str:
+def _sentence(
+    verdict: str, rms: float, noise: float, pictures: int, moved: tuple[Moved, ...], lens: LensChange | None
+) -> str:
     seen = f"{pictures} picture{'s' * (pictures > 1)}, {rms:.2f} px where {noise:.2f} px are expected"
     if verdict == "holds":
         return f"The cell holds: {seen}."
+    if lens is not None:
+        act = "Were focus, zoom or the size of the pictures changed? Calibrate again, with `intrinsics: identify`"
+        return f"Something changed ({seen}): {lens.text}. {act}."
     if len(moved) == 1:
         return f"Something moved ({seen}): {moved[0].text}."
     choices = ", or ".join(of.text for of in moved)

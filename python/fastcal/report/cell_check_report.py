@@ -175,6 +175,12 @@ def picture_check_page(found: PictureCheck, name: str, language: str = "en") -> 
 def _picture_headline(found: PictureCheck) -> str:
     if found.verdict == "holds":
         return _("The cell holds: the pictures are as its model and the noise say.")
+    if found.lens is not None:
+        return _(
+            "The lens of camera {camera} changed, its focal length by {size} %: calibrate again, the lens too.",
+            camera=found.lens.camera,
+            size=significant(found.lens.focal_percent),
+        )
     what = f" {_('or')} ".join(_owner(of.owner) for of in found.moved)
     if len(found.moved) == 1:
         return _("{what} moved.", what=capitalised(what))

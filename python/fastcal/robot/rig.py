@@ -23,6 +23,7 @@ SQUARES = ("checkerboard", "charuco")  # whose columns and rows are squares
 WORLD = -1  # the measuring frame, among the frames of the chain
 PLACEMENT = ("x", "y", "z", "rx", "ry", "rz")
 BEND = ("along_mm", "twist_mm", "across_mm")  # heights of a bent board: z = a x^2 + b x y + c y^2
+_LENGTHS = frozenset({"square_mm", "marker_mm", "tag_mm", "gap_mm"})  # of a board
 _TURN = 1e-6  # [rad] of a difference
 _TAG = ((0, 0), (1, 0), (1, 1), (0, 1))  # corners of a tag, as Kalibr counts them
 
@@ -135,6 +136,14 @@ def core_rig(spec: Seeing, frame_number: Callable[[str], int]) -> _core.Rig:
 def lens_numbers(camera: Mapping[str, Any]) -> list[float]:
     """fx, fy, cx, cy and the coefficients of a camera."""
     return [*camera["focal_px"], *camera["centre_px"], *camera["distortion"]]
+
+
+def sized(board: Mapping[str, Any], times: float) -> dict[str, Any]:
+    """The board with its lengths so many times as large."""
+    out = {key: of * times if key in _LENGTHS else of for key, of in board.items()}
+    if "points_mm" in board:
+        out["points_mm"] = (np.asarray(board["points_mm"], dtype=np.float64) * times).tolist()
+    return out
 
 
 def known_within(spec: Seeing, parameters: Sequence[_core.Parameter]) -> FloatArray:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from fastcal.cli.app import main
 
@@ -65,3 +66,14 @@ def test_the_check_is_a_page_where_that_is_asked(model: Path, tmp_path: Path, la
     assert text.startswith("<!DOCTYPE html>")
     assert word in text
     assert text.count('<div class="plot"') == 1
+
+
+def test_another_focal_length_is_the_lens_and_no_move(model: Path, tmp_path: Path) -> None:
+    rig_faults.write(tmp_path, 4, 8)
+    content = yaml.safe_load(model.read_text())
+    camera = content["cameras"]["wrist"]
+    camera["focal_px"] = [1.02 * f for f in camera["focal_px"]]  # as if the pictures had been zoomed out by 2 %
+    (tmp_path / "model.yaml").write_text(yaml.safe_dump(content))
+    code, found = checked(tmp_path / "model.yaml", tmp_path)
+    assert (code, found["verdict"], found["moved"]) == (4, "changed", [])
+    assert "the lens of camera wrist: its focal length by -2 %" in found["sentence"]

@@ -93,8 +93,8 @@ def test_what_is_written_for_opencv_comes_back(tmp_path: Path, ending: str) -> N
 
 
 def test_the_arrays_of_a_tutorial_are_a_lens(tmp_path: Path) -> None:
-    rest = {"rvecs": np.zeros((9, 3, 1)), "image_size": np.array([1280, 1024])}
-    np.savez(tmp_path / "B.npz", mtx=np.array(K), dist=np.array([D]), **rest)
+    size = np.array([1280, 1024])
+    np.savez(tmp_path / "B.npz", mtx=np.array(K), dist=np.array([D]), rvecs=np.zeros((9, 3, 1)), image_size=size)
     found = read_lens(tmp_path / "B.npz", "wrist")
     assert (found["focal_px"], found["distortion"], found["size_px"]) == ([1400, 1402], D, [1280, 1024])
     np.savez(tmp_path / "C.npz", mtx=np.array([{"a": 1}], dtype=object))
