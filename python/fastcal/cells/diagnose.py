@@ -21,16 +21,18 @@ from fastcal.cells.written import written_cell
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Finding
+from fastcal.display.shown import PlottedCell
 from fastcal.effects.entries import label, options_of, traits_of
 from fastcal.effects.rig_traits import BOARD_BEND, BOARD_SCALE, INTRINSICS, RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, place_of
 from fastcal.robot.robot_spec import Entry, Spec
+from fastcal.said import Said, said
 
 Progress = Callable[[str], None]
 
-_LIKE_WEIGHTS = (
+_LIKE_WEIGHTS = said(
     "the sensor stands on an arm that moves: what the weights of links bend and tilt there was not tried beside it"
 )
 _PLACED = ("on", "xyz_mm", "rpy_deg", "fixed", "intrinsics")  # what a way says otherwise, or asks for
@@ -80,11 +82,16 @@ class CellFinding:
     like_weights: bool = False
 
     @property
+    def doubts(self) -> list[Said]:
+        """Why the grade is not better, as far as the other ways and the sensor say so."""
+        others = ", ".join(self.not_seen_by)
+        moves = said("it moves {others} too, and these readings do not name it", others=others)
+        return [*([moves] if others else []), *([_LIKE_WEIGHTS] if self.like_weights else [])]
+
+    @property
     def reasons(self) -> list[str]:
         """Why the grade is not better."""
-        others = ", ".join(self.not_seen_by)
-        out = [*self.finding.reasons, *([f"it moves {others} too, and these readings do not name it"] * bool(others))]
-        return [*out, *([_LIKE_WEIGHTS] * self.like_weights)]
+        return [*self.finding.reasons, *self.doubts]
 
     def to_json_dict(self) -> dict[str, Any]:
         """An entry of `effects`: that of the finding, and whose readings name it."""
@@ -96,13 +103,14 @@ _LISTED = 4  # names of a sentence where most are no more than possible
 
 
 @dataclass(frozen=True, eq=False)
-class CellDiagnosis:
+class CellDiagnosis(PlottedCell):
     """What `diagnose_cell` found.
 
     Attributes:
         cell: As it is written: what predicts postures best that were held out.
         effects: Of all ways, the clearest first.
         gap: Before, with the geometry, and as it is written; empty where the geometry alone could not be fitted.
+        readings: What was read; None: only the ways' own rows are known.
     """
 
     cell: Cell
@@ -110,6 +118,7 @@ class CellDiagnosis:
     effects: list[CellFinding]
     notes: list[str] = field(default_factory=list)
     gap: list[CellStep] = field(default_factory=list)
+    readings: Readings | None = None
 
     @property
     def told(self) -> tuple[list[CellFinding], int]:
@@ -225,7 +234,8 @@ def diagnose_cell(
     written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
     notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
-    return CellDiagnosis(written, ways, effects, notes, gap_of(cell, written, readings, test, mend, threads))
+    gap = gap_of(cell, written, readings, test, mend, threads)
+    return CellDiagnosis(written, ways, effects, notes, gap, readings)
 
 
 def _with_numbers(members: Mapping[str, Spec], found: Mapping[str, Spec], owner: str) -> dict[str, Spec]:
