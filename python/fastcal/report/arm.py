@@ -22,7 +22,7 @@ from fastcal.report.figures import spread_rows
 from fastcal.report.language import _
 from fastcal.report.view import Rows, Variable
 from fastcal.robot.controller_robot import GEOMETRY
-from fastcal.robot.loops import loop_pins
+from fastcal.robot.loops import joints_beside, loop_pins
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
 
@@ -152,10 +152,11 @@ def _variables(drawn: Sequence[tuple[Rows, Evaluation, NDArray[np.intp]]]) -> li
     return found
 
 
-def checked_arm(found: CheckResult) -> tuple[FloatArray, FloatArray, Arm] | None:
+def checked_arm(found: CheckResult, *, beside: bool = True) -> tuple[FloatArray, FloatArray, Arm] | None:
     """Measured points and errors (R, 3) [mm] of a check, and the arm there; None where no whole point was measured.
 
     A joint's contribution is how far its changes move the tool, each as found alone, root of their squares' sum.
+    `beside`: with what of the arm does not move the tool, such as another arm on the same torso.
     """
     if found.main.kind.name != POINTS:
         return None
@@ -174,6 +175,7 @@ def checked_arm(found: CheckResult) -> tuple[FloatArray, FloatArray, Arm] | None
     contributed = np.asarray(from_si(np.sqrt(square), "mm")) if square.any() else None
     labels = [_("row {row}", row=int(row)) for row in kept]
     arm = posed(model, q, contributed, [(0, int(row)) for row in kept], labels)
+    arm = arm if beside else _without_beside(arm, model, q)
     return np.asarray(from_si(found.data.points[kept], "mm")), np.asarray(from_si(errors[kept], "mm")), arm
 
 
@@ -240,6 +242,21 @@ def joined_arms(
     labels = [_("row {row}", row=row) for row in rows]
     positions, errors = (np.vstack([part[k] for part in parts]) for k in (0, 1))
     return positions, errors, replace(whole, labels=labels), np.concatenate(of)
+
+
+def _without_beside(arm: Arm, model: Robot, q: FloatArray) -> Arm:
+    """The arm without the joints that do not move its tool."""
+    away = set(joints_beside(model.description))
+    kept = [i for i in range(model.joint_count) if i not in away]
+    place = frame_points(model, q)[1]
+    frames = {0, len(place) - 1, *(f for i in kept for f in (2 * i + 1, 2 * i + 2))}
+    return replace(
+        arm,
+        runs=[Run(line_through(model, place, frames))] if away else arm.runs,
+        joints=[arm.joints[i] for i in kept],
+        names=[arm.names[i] for i in kept],
+        contributions=None if arm.contributions is None else arm.contributions[kept],
+    )
 
 
 def _in_base(arm: Arm, model: Robot) -> Arm:

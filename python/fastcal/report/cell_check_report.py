@@ -71,10 +71,11 @@ def _scene(found: CellCheck) -> figures.Figure | None:
     """The arms of all ways, each where its own readings say that its base is now, and the errors."""
     parts, key = [], []
     for k, each in enumerate(found.ways):
-        if (seen := checked_arm(each.found)) is not None:
+        if (seen := checked_arm(each.found, beside=False)) is not None:
             positions, errors, arm = seen
             colour = ARMS[k % len(ARMS)]
-            joints = [f"{of.name} {_('joint {number}', number=index + 1)}" for of, index in each.way.joints]
+            own = [(of, index) for of, index in each.way.joints if of in each.way.arms]
+            joints = [f"{of.name} {_('joint {number}', number=index + 1)}" for of, index in own]
             runs = [replace(run, colour=colour) for run in arm.runs]
             parts.append((positions, errors, replace(arm, names=joints, runs=runs)))
             key.append(figures.Key(each.way.name, colour, "solid"))

@@ -30,7 +30,7 @@ from fastcal.report.formatting import significant
 from fastcal.report.kind_words import kind_title
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section
-from fastcal.report.tables import Cell, Column, Group, Table, capitalised, unit_text
+from fastcal.report.tables import Cell, Column, Group, Table, unit_text
 from fastcal.report.words import Remark, Verdict, listed
 from fastcal.said import said
 
@@ -95,7 +95,8 @@ def _diagnosis_page(found: CellDiagnosis) -> str:
 
 
 def _name(of: CellFinding) -> str:
-    return capitalised(_(cause_in_words(of.finding.effect, of.finding.owner))).partition(" (")[0]
+    """A cause in short words, its owner as the file writes it."""
+    return _(cause_in_words(of.finding.effect, of.finding.owner)).partition(" (")[0]
 
 
 def _steps(found: CellDiagnosis) -> list[str]:

@@ -15,6 +15,7 @@ import yaml
 
 import fastcal
 from fastcal import _core
+from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.importers.corners import load_seen, load_seen_readings
@@ -22,6 +23,8 @@ from fastcal.io.tree_file import load_cell
 from fastcal.report.arm import LINK_WIDTH, skeleton, through_points
 from fastcal.report.cell_scene import ARMS, cell_scene, pictures_scene
 from fastcal.report.figures import Figure
+from fastcal.report.parameter_sizes import moved_in_cell
+from fastcal.units import to_si
 
 from ..cells import camera_scene as camera
 from ..cells import track_scene as track
@@ -207,3 +210,35 @@ def test_contributions_of_a_cell_are_how_far_what_is_read_moves(arms: tuple[Cell
     sizes = dict(zip([text.partition(":")[0] for text in dots["text"]], dots["marker"]["color"], strict=True))
     assert sizes.pop("left joint 2") == pytest.approx(expected, rel=1e-6)
     np.testing.assert_allclose(list(sizes.values()), 0, atol=1e-9)
+
+
+def test_a_notebook_draws_the_cell_and_its_gap(arms: tuple[Cell, Readings]) -> None:
+    cell, readings = arms
+    found = calibrate_cell(cell, readings)
+    drawn = found.plot_arm()
+    assert {trace.name for trace in drawn.data if trace.name} == {"column", "left", "right"}  # its legend
+    assert all(trace.type == "scatter3d" for trace in drawn.data)
+    assert "smr_left" in drawn._still  # names are on the still picture too
+    gap = found.plot_gap().data[0]
+    before, after = found.train["position"].statistics
+    assert before is not None
+    assert after is not None
+    np.testing.assert_allclose(gap.x, [1e3 * before.rms, 1e3 * (before.rms - after.rms), 1e3 * after.rms])
+    # The same numbers by what they move: of one parameter its change times how far a unit moves what is read.
+    sizes = moved_in_cell(found)
+    assert all(of.parameter.owner.partition(".")[0] in ("column", "left", "right") for of in sizes)
+    first = sizes[0]
+    index = next(
+        k for k, p in enumerate(found.cell.core.parameters)
+        if p.owner == first.parameter.owner and p.name == first.parameter.name.removesuffix(f"_{first.parameter.unit}")
+    )  # fmt: skip
+    theta = np.array(found.cell.core.nominal)
+    theta[index] -= to_si(first.parameter.value - first.parameter.nominal, first.parameter.unit)
+    other, square = found.cell.with_values(theta), 0.0
+    for view in readings.views:
+        there, here = (
+            np.asarray(of.model.predict(readings.samples(), of.model.start, of=view))[:, :3, 3]
+            for of in (other, found.cell)
+        )
+        square += float(np.mean(np.sum((there - here) ** 2, axis=1))) / 2
+    assert abs(first.size) == pytest.approx(1e3 * square**0.5, rel=0.02)
