@@ -40,6 +40,7 @@ _APART = 0.5  # [mm] frames that are nearer than this in every posture are drawn
 _MOST_COMPARED = 200  # postures of a comparison
 _MOST_ROWS = 500  # that contributions are found from
 LINK, LINK_WIDTH = "#5f7180", 12
+_THIN = 4
 GAP = -1  # where a line is lifted, among the points that it goes through
 
 
@@ -272,8 +273,21 @@ def posed(
     rows: Sequence[tuple[int, int]],
     labels: Sequence[str],
 ) -> Arm:
-    """A robot at q (R, n), with what its joints contribute (n,) [mm] and what its postures are called."""
+    """A robot at q (R, n), with what its joints contribute (n,) [mm] and what its postures are called.
+
+    Of an arm whose joints stand for the pose of its flange only base and flange are known.
+    """
     points, joints, through = skeleton(robot, q)
+    if robot.of_poses:
+        return Arm(
+            points,
+            [Run([through[0], through[-1]], width=_THIN)] if through else [],
+            [],
+            [],
+            None,
+            list(rows),
+            list(labels),
+        )
     names = [_("joint {number}", number=i + 1) for i in range(len(joints))]
     return Arm(points, [Run(through)], joints, names, contributed, list(rows), list(labels))
 

@@ -120,7 +120,7 @@ def pictures_scene(robot: Robot, before: Robot | None, part: Evaluation) -> Figu
     poses = robot_poses(robot, data)
     numbers = chosen if part.rows is None else part.rows[chosen]
     arm = posed(robot, data.q, None, [(0, int(row)) for row in numbers], [])
-    if before is not None and not robot.of_poses:
+    if before is not None and arm.joints:
         arm = replace(arm, contributions=contributions(robot, before, part.data))
     arm = standing.with_rig(arm, poses, robot.description.cameras, robot.description.boards)
     arrows = []
