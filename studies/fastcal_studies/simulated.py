@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -117,3 +117,13 @@ def joint_torques(robot: Robot, data: Dataset) -> FloatArray:
     model = robot.error_model
     loads = np.asarray(model.loads(robot.samples(data), model.start))
     return loads[:, 1:-1:2, 5]
+
+
+def row_numbers(robot: Robot, names: Iterable[str]) -> dict[str, float]:
+    """The numbers of a robot's rows among `names`, "joint2 a_mm" [mm, deg]; those of base and tool are left out."""
+    out = {}
+    for name in names:
+        owner, key = name.split(" ")
+        if owner.startswith("joint"):
+            out[name] = float(robot.spec["joints"][int(owner.removeprefix("joint")) - 1].get(key, 0.0))
+    return out

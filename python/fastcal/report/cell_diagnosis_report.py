@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import fastcal
-from fastcal.cells.diagnose import CellDiagnosis, CellFinding, WayDiagnosis
+from fastcal.cells.diagnosis import CellDiagnosis, CellFinding, WayDiagnosis
 from fastcal.cells.gap import FOUND, GEOMETRY, CellStep
 from fastcal.diagnosis.words import cause_in_words, reason_text
 from fastcal.io.atomic import write_text

@@ -262,7 +262,7 @@ def gap_of_kinds(
         noise: Of one number of each kind, SI.
         on_test: Are they of test poses?
     """
-    names = (_("places alone"), _("the geometry"), _("what was found"))
+    names = (_("places alone"), _("the geometry of the arms"), _("what was found"))
     out = []
     for name, last in steps[-1].items() if steps else []:
         sizes = [step[name].rms for step in steps if name in step]

@@ -17,7 +17,7 @@ from plotly.subplots import make_subplots
 
 from fastcal.calibration.result import CalibrationResult
 from fastcal.cells.calibrate import CellResult
-from fastcal.cells.diagnose import CellDiagnosis
+from fastcal.cells.diagnosis import CellDiagnosis
 from fastcal.diagnosis import partial_residuals
 from fastcal.diagnosis.result import Diagnosis
 from fastcal.effects.rig_traits import RIG_TRAITS
