@@ -241,7 +241,8 @@ def joined_arms(
         ]
         whole = replace(whole, contributions=np.concatenate(all_sizes))
     labels = [_("row {row}", row=row) for row in rows]
-    positions, errors = (np.vstack([part[k] for part in parts]) for k in (0, 1))
+    positions = np.vstack([points for points, _errors, _arm in parts])
+    errors = np.vstack([errors for _points, errors, _arm in parts])
     return positions, errors, replace(whole, labels=labels), np.concatenate(of)
 
 

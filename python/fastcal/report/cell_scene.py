@@ -212,7 +212,7 @@ def _arms(cell: Cell, used: Readings) -> Arm:
 
 def _seen(arm: Arm, of: KindErrors, start: FloatArray, end: FloatArray) -> Arm:
     """With the lines of sight of a view, in the postures in which it was read."""
-    read = np.isfinite(of.numbers).any(axis=(1, 2))[:, np.newaxis]
+    read = np.asarray(np.isfinite(of.numbers).any(axis=(1, 2)))[:, np.newaxis]
     return standing.with_sight(arm, np.where(read, start, np.nan), np.where(read, end, np.nan))
 
 
