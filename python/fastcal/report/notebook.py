@@ -36,6 +36,7 @@ from fastcal.report import (
 )
 from fastcal.report.arm import Arm, arm_of
 from fastcal.report.cell_scene import cell_scene
+from fastcal.report.figures import Figure
 from fastcal.report.frames import frame
 from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
 from fastcal.report.sections import present
@@ -46,7 +47,6 @@ from fastcal.report.view import Rows, rows_of
 
 if TYPE_CHECKING:
     from fastcal.compensation import PathAccuracy
-    from fastcal.report.figures import Figure
 
 _LEGEND = 46  # CSS pixels below a figure for the legend, which may take two lines
 _HEAD = 8  # rows of a table that a notebook shows
