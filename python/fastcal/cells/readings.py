@@ -52,7 +52,8 @@ class Readings:
     def pick(self, rows: NDArray[np.intp]) -> Readings:
         """Some rows."""
         tables = {name: np.ascontiguousarray(table[rows]) for name, table in self.tables.items()}
-        speed, row = (None if of is None else np.ascontiguousarray(of[rows]) for of in (self.speed, self.row))
+        speed = None if self.speed is None else np.ascontiguousarray(self.speed[rows])
+        row = None if self.row is None else np.ascontiguousarray(self.row[rows])
         return replace(self, q=np.ascontiguousarray(self.q[rows]), tables=tables, speed=speed, row=row)
 
     @property
