@@ -64,4 +64,5 @@ def test_the_check_is_a_page_where_that_is_asked(model: Path, tmp_path: Path, la
     text = page.read_text(encoding="utf-8")
     assert text.startswith("<!DOCTYPE html>")
     assert word in text
-    assert text.count('<div class="plot"') == 1
+    assert text.count('<div class="plot"') == 2  # the cell, and the error of each picture
+    assert 'id="figure-workspace"' in text
