@@ -15,6 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from PIL import Image, ImageOps
 
 import fastcal
@@ -22,6 +23,15 @@ from fastcal.cli import main as command
 
 HERE = Path(__file__).parent
 WIDTH = 1100
+CELL = """cell: two_arms
+arms:
+  column: {robot: column.yaml, xyz_mm: [0, 0, 0]}
+  left: {robot: left.yaml, on: column, xyz_mm: [0, 200, 100], rpy_deg: [-50, 0, 0]}
+  right: {robot: right.yaml, on: column, xyz_mm: [0, -200, 100], rpy_deg: [50, 0, 0]}
+targets:
+  smr_left: {on: left, xyz_mm: [40, 10, 120]}
+  smr_right: {on: right, xyz_mm: [-30, 20, 100]}
+"""
 
 
 def photograph(page: Path, name: str, height: int, top: int = 0) -> None:
@@ -124,6 +134,42 @@ def acceptance(folder: Path) -> None:
     photograph(folder / "acceptance" / "report.html", "acceptance", 1250)
 
 
+def cell(folder: Path) -> None:
+    """Two arms on a column that turns, each with a reflector; no two are built as their files say."""
+    (folder / "true").mkdir(parents=True)
+    column = (
+        "name: column\nkinematics: dh\njoints: [{type: revolute, theta_deg: 0, d_mm: 600, a_mm: 0, alpha_deg: 0}]\n"
+    )
+    members = {"column": "column.yaml", "left": "left.yaml", "right": "right.yaml"}
+    for place in (folder, folder / "true"):
+        (place / "column.yaml").write_text(column)
+        (place / "cell.yaml").write_text(CELL)
+        for name, arm, seed in (("left", "ur5e", 1), ("right", "ur10e", 2)):
+            robot = fastcal.load_robot(arm)
+            (robot if place == folder else fastcal.perturbed(robot, seed=seed)).save(place / members[name])
+    random = np.random.default_rng(4)
+    reach = np.array([60, *[100, 40, 60, 90, 90, 170] * 2])
+    middle = np.array([0, *[0, -80, 90, -60, -90, 0] * 2])
+    q = middle + reach * random.uniform(-1, 1, (80, 13))
+    titles = ["column.q1_deg", *(f"{arm}.q{k}_deg" for arm in ("left", "right") for k in range(1, 7))]
+    rows = [",".join(f"{value:.4f}" for value in row) for row in q]
+    (folder / "poses.csv").write_text("\n".join([",".join(titles), *rows, ""]))
+    measured = folder / "measured.csv"
+    run(
+        "simulate",
+        folder / "true" / "cell.yaml",
+        folder / "poses.csv",
+        "--noise-mm",
+        "0.03",
+        "--seed",
+        "1",
+        "-o",
+        measured,
+    )
+    run("calibrate", folder / "cell.yaml", measured, "-o", folder / "out")
+    photograph(folder / "out" / "report.html", "cell", 1450)
+
+
 def fleet(folder: Path) -> None:
     """Twenty arms, one of which stands out: its reducer of joint 2 yields five times as much."""
     nominal = fastcal.load_robot("ur5e")
@@ -152,6 +198,7 @@ def main() -> None:
         acceptance(folder)
         months_after(folder)
         fleet(folder)
+        cell(folder / "cell")
         nominal, data, test = flawed_arm()
         result = fastcal.calibrate(nominal, data, test=test)
         figure = result.plot_residuals("q2")

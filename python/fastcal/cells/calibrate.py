@@ -31,6 +31,7 @@ from fastcal.cells.readings import Readings
 from fastcal.cells.records import JOINTS, cell_record, way_records
 from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
 from fastcal.cells.start import started
+from fastcal.display.shown import PlottedCell
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.kinds import KindNoise
@@ -48,7 +49,7 @@ _WIDE = 3.0  # plausible sizes within which the geometry is held before the read
 
 
 @dataclass(frozen=True, eq=False)
-class CellResult:
+class CellResult(PlottedCell):
     """What `calibrate_cell` found.
 
     Attributes:
@@ -58,6 +59,7 @@ class CellResult:
         parameters: Identified numbers in edge units; owners carry the arm: `left.joint3`.
         train, test: Errors of each kind of reading, before and after.
         views, test_views: Errors of each view, such as `position@smr:camera`, `corner@BOARD:CAMERA`.
+        readings: What was read, of which `train` and `views` are the errors.
         outliers: Rows whose error the noise does not explain.
         shared: What all corners of a picture share, and how far the geometry may be off; None where it was not asked.
         moved: Of an update, what has moved since the calibration; None of a calibration.
@@ -75,6 +77,7 @@ class CellResult:
     outliers: list[int]
     train: dict[str, KindErrors]
     views: dict[str, KindErrors]
+    readings: Readings
     test: dict[str, KindErrors] | None = None
     test_views: dict[str, KindErrors] | None = None
     shared: SharedNoise | None = None
@@ -214,6 +217,7 @@ def calibrate_cell(
         outliers=sorted({*found.outliers, *wrong}),
         train=kind_errors(model, readings, before),
         views=view_errors(model, readings, before),
+        readings=readings,
         test=None if test is None else kind_errors(model, test, before),
         test_views=None if test is None else view_errors(model, test, before),
         shared=shared,

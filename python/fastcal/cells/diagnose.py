@@ -84,7 +84,8 @@ def diagnose_cell(
     written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
     notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
-    return CellDiagnosis(written, ways, effects, notes, gap_of(cell, written, readings, test, mend, threads))
+    gap = gap_of(cell, written, readings, test, mend, threads)
+    return CellDiagnosis(written, ways, effects, notes, gap, readings)
 
 
 def _excluded(ways: Sequence[Way], exclude: Collection[str]) -> list[list[str]]:

@@ -11,12 +11,15 @@ from typing import Any
 from fastcal.cells.cell import Cell
 from fastcal.cells.gap import CellStep
 from fastcal.cells.paths import Way
+from fastcal.cells.readings import Readings
 from fastcal.diagnosis import Diagnosis
 from fastcal.diagnosis.result import Finding
+from fastcal.display.shown import PlottedCell
 from fastcal.place import Place
 from fastcal.robot.robot_spec import Entry, Spec
+from fastcal.said import Said, said
 
-_LIKE_WEIGHTS = (
+_LIKE_WEIGHTS = said(
     "the sensor stands on an arm that moves: what the weights of links bend and tilt there was not tried beside it"
 )
 _PLACED = ("on", "xyz_mm", "rpy_deg", "fixed", "intrinsics")  # what a way says otherwise, or asks for
@@ -67,11 +70,16 @@ class CellFinding:
     like_weights: bool = False
 
     @property
+    def doubts(self) -> list[Said]:
+        """Why the grade is not better, as far as the other ways and the sensor say so."""
+        others = ", ".join(self.not_seen_by)
+        moves = said("it moves {others} too, and these readings do not name it", others=others)
+        return [*([moves] if others else []), *([_LIKE_WEIGHTS] if self.like_weights else [])]
+
+    @property
     def reasons(self) -> list[str]:
         """Why the grade is not better."""
-        others = ", ".join(self.not_seen_by)
-        out = [*self.finding.reasons, *([f"it moves {others} too, and these readings do not name it"] * bool(others))]
-        return [*out, *([_LIKE_WEIGHTS] * self.like_weights)]
+        return [*self.finding.reasons, *self.doubts]
 
     def to_json_dict(self) -> dict[str, Any]:
         """An entry of `effects`: that of the finding, and whose readings name it."""
@@ -80,13 +88,14 @@ class CellFinding:
 
 
 @dataclass(frozen=True, eq=False)
-class CellDiagnosis:
+class CellDiagnosis(PlottedCell):
     """What `diagnose_cell` found.
 
     Attributes:
         cell: As it is written: what predicts postures best that were held out.
         effects: Of all ways, the clearest first.
         gap: Before, with the geometry, and as it is written; empty where the geometry alone could not be fitted.
+        readings: What was read; None: only the ways' own rows are known.
     """
 
     cell: Cell
@@ -94,6 +103,7 @@ class CellDiagnosis:
     effects: list[CellFinding]
     notes: list[str] = field(default_factory=list)
     gap: list[CellStep] = field(default_factory=list)
+    readings: Readings | None = None
 
     @property
     def told(self) -> tuple[list[CellFinding], int]:

@@ -22,10 +22,12 @@ class CellStep:
     """How far the readings are from a cell on the way to the one that is written.
 
     Attributes:
+        cell: As it is at this step.
         added: What it has beside the one before; None: places alone are fitted, the arms are as their files say.
         train, test: Errors of each kind of reading; test is None where nothing was held back.
     """
 
+    cell: Cell
     added: str | None
     train: dict[str, KindErrors]
     test: dict[str, KindErrors] | None
@@ -56,6 +58,6 @@ def gap_of(
     used = judged_readings(written, readings, known=True, mend=mend)
     held = None if test is None else judged_readings(written, test, known=True, mend=mend)
     return [
-        CellStep(added, kind_errors(step, used), None if held is None else kind_errors(step, held))
+        CellStep(step, added, kind_errors(step, used), None if held is None else kind_errors(step, held))
         for added, step in steps
     ]

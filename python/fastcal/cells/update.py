@@ -70,6 +70,7 @@ def update_cell(cell: Cell, readings: Readings, *, threads: int = 1) -> CellResu
         outliers=gross,
         train=kind_errors(model, readings, start),
         views=view_errors(model, readings, start),
+        readings=readings,
         moved=names,
         notes=[*readings.notes, *notes],
     )

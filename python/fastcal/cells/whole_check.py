@@ -78,9 +78,13 @@ class WholeCheck:
         blind: What may have moved without these readings showing it.
         postures: How many there were.
         within: Are all points within the tolerance? None without one, or where the readings do not decide it.
+        there: The cell, the instrument where it stands now.
+        readings: What was read.
     """
 
     cell: Cell
+    there: Cell
+    readings: Readings
     kinds: dict[str, KindErrors]
     noise: dict[str, KindNoise]
     moved: tuple[MovedMember, ...]
@@ -169,7 +173,8 @@ def check_whole(cell: Cell, readings: Readings, *, tolerance: float | None = Non
     for label, *others in groups:
         own = slice(at, at := at + columns[label].shape[1])
         moved.append(MovedMember(label, tuple(others), _changes(before, columns[label], rest, own)))
-    kinds = kind_errors(_as_it_stands(before), readings)
+    there = _as_it_stands(before)
+    kinds = kind_errors(there, readings)
     if tolerance is not None and POINTS not in kinds:
         raise InvalidInput(f"{readings.source}: a tolerance is of points, and none was measured")
     of_points = kinds[POINTS].statistics[1] if POINTS in kinds else None
@@ -180,6 +185,8 @@ def check_whole(cell: Cell, readings: Readings, *, tolerance: float | None = Non
     known = {of_observation(of).name: of_observation(of) for of in before.measured.observations}
     return WholeCheck(
         cell=cell,
+        there=there,
+        readings=readings,
         kinds=kinds,
         noise={name: KindNoise(of, record.sigma(name) or 0.0, "calibration") for name, of in known.items()},
         moved=tuple(moved),

@@ -100,7 +100,7 @@ def diagnose_cell(
     from fastcal.io.folder import check_folder
     from fastcal.io.tree_file import load_cell
     from fastcal.io.way_readings import way_datasets
-    from fastcal.report.cell_report import DIAGNOSIS_FILES, write_cell_diagnosis
+    from fastcal.report.cell_diagnosis_report import DIAGNOSIS_FILES, write_cell_diagnosis
 
     check_folder(output, DIAGNOSIS_FILES)
     refuse(given)

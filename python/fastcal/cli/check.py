@@ -140,13 +140,15 @@ def _check_pictures(
     robot: Robot, data: list[Path], corners: Path, output: Path | None, language: str, threads: int
 ) -> None:
     """One picture or a few, of a cell."""
+    from fastcal.calibration.evaluation import evaluate
     from fastcal.importers.corners import load_seen
     from fastcal.monitoring.picture_check import check_pictures
     from fastcal.report.cell_check_report import write_picture_check
 
-    found = check_pictures(robot, load_seen(data, robot, corners), threads)
+    seen = load_seen(data, robot, corners)
+    found = check_pictures(robot, seen, threads)
     if output is not None:
-        write_picture_check(found, output, robot.name, language=language)
+        write_picture_check(found, output, evaluate(robot, seen), robot, language=language)
     warn(found.notes)
     tell(found, [found.sentence])
     if found.verdict == "changed":

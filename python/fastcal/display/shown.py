@@ -32,6 +32,18 @@ class Shown:
         return str(late.call("notebook_html", self))
 
 
+class PlottedCell:
+    """The report's charts of what was found of a cell, as Plotly figures."""
+
+    def plot_arm(self) -> Figure:
+        """The cell where the error is largest: arms, cameras, boards, targets, and the errors as arrows."""
+        return late.call("chart", self, "arm")
+
+    def plot_gap(self) -> Figure:
+        """Of each kind of reading the error with places alone, what is taken of it, what remains, and the noise."""
+        return late.call("chart", self, "gap")
+
+
 class Plotted(Shown):
     """`Shown`, and the report's charts of the residuals as Plotly figures."""
 

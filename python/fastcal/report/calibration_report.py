@@ -16,6 +16,7 @@ from fastcal.measurements.kinds import POINTS
 from fastcal.measurements.observations import plurals
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
 from fastcal.report.arm import arm_of
+from fastcal.report.cell_scene import pictures_scene
 from fastcal.report.document import document_facts
 from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.kind_words import noise_text, noise_title
@@ -93,7 +94,7 @@ def _page(
         kind_table=calibration_tables.kind_table(
             [(_("training poses"), result.train), *([] if result.test is None else [(_("test poses"), result.test)])]
         ),
-        scene=None
+        scene=pictures_scene(result.model, result.nominal, result.train)
         if arrows is None
         else workspace.scene(
             *arrows, base, _("the measuring frame"), arm, residual_figures.places_of_arrows(train, outliers)

@@ -5,23 +5,29 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import fastcal
+from fastcal.calibration.evaluation import Evaluation
 from fastcal.cells.check import CellCheck, WayCheck
 from fastcal.cells.whole_check import WholeCheck
 from fastcal.io.atomic import write_text
 from fastcal.io.results import write_json
 from fastcal.monitoring.picture_check import Moved, PictureCheck
 from fastcal.report import figures, page
-from fastcal.report.cell_report import cell_page
+from fastcal.report.arm import checked_arm, joined_arms
+from fastcal.report.cell_report import cell_page, scene_sections
+from fastcal.report.cell_scene import ARMS, cell_scene, pictures_scene
 from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import TONES, Section, p_text, state_word
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
+from fastcal.report.workspace import scene
+from fastcal.robot.robot import Robot
 
 
 def write_cell_check(found: CellCheck, path: str | os.PathLike[str], *, language: str = "en") -> None:
@@ -41,7 +47,10 @@ def check_page(found: CellCheck, language: str = "en") -> str:
 def _check_page(found: CellCheck) -> str:
     state = "changed" if found.within_tolerance is False else found.verdict
     notes = [f"{each.way.name}: {each.way.words(_(reason))}" for each in found.ways for reason in each.found.reasons]
-    sections = [Section("ways", _("What was read"), tables=[_way_table(found)], notes=notes)]
+    sections = [
+        *scene_sections(_scene(found)),
+        Section("ways", _("What was read"), tables=[_way_table(found)], notes=notes),
+    ]
     if any(each.found.causes for each in found.ways):
         sections.append(Section("causes", _("What explains it"), tables=[_cause_table(found)]))
     told = {each.way.name: f"{each.way.name}: {each.way.words(_(each.found.sentence))}" for each in found.ways}
@@ -57,6 +66,27 @@ def _check_page(found: CellCheck) -> str:
         tiles,
         sections,
     )
+
+
+def _scene(found: CellCheck) -> figures.Figure | None:
+    """The arms of all ways, each where its own readings say that its base is now, and the errors."""
+    parts, key = [], []
+    for k, each in enumerate(found.ways):
+        if (seen := checked_arm(each.found, beside=False)) is not None:
+            positions, errors, arm = seen
+            colour = ARMS[k % len(ARMS)]
+            own = [(of, index) for of, index in each.way.joints if of in each.way.arms]
+            joints = [f"{of.name} {_('joint {number}', number=index + 1)}" for of, index in own]
+            runs = [replace(run, colour=colour) for run in arm.runs]
+            parts.append((positions, errors, replace(arm, names=joints, runs=runs)))
+            key.append(figures.Key(each.way.name, colour, "solid"))
+    if not parts:
+        return None
+    positions, errors, arm, of = joined_arms(parts)
+    told = _("Each arrow goes from where a target was measured towards where it is predicted.")
+    title = _("The cell, and the errors in it")
+    drawn = scene(positions, errors, None, None, _("the measuring frame"), arm, told=told, title=title, of=of)
+    return replace(drawn, key=key if len(key) > 1 else [])
 
 
 def _tile(each: WayCheck) -> tuple[str, str, str]:
@@ -102,7 +132,8 @@ def _whole_page(found: WholeCheck) -> str:
     if found.blind:
         blind = ", ".join(in_words(name) for name in found.blind)
         notes.append(_("These readings do not show whether this moved: {what}.", what=blind))
-    sections = [Section("kinds", _("What was read"), tables=[_kind_table(found)], notes=notes)]
+    sections = scene_sections(cell_scene(found.there, found.readings))
+    sections.append(Section("kinds", _("What was read"), tables=[_kind_table(found)], notes=notes))
     if found.moved:
         sections.append(Section("causes", _("What explains it"), tables=[_member_table(found)]))
     tiles = [(_("Poses"), str(found.postures), ""), (_("Chance"), p_text(found.p_value), _("of as large a rest"))]
@@ -136,16 +167,26 @@ def _member_table(found: WholeCheck) -> Table:
     return Table(_("Causes that explain the new readings"), columns, [Group(rows)])
 
 
-def write_picture_check(found: PictureCheck, path: str | os.PathLike[str], name: str, *, language: str = "en") -> None:
-    """Writes check.json, or the page of the cell `name` where the path ends in .html; whole or not at all."""
+def write_picture_check(
+    found: PictureCheck, path: str | os.PathLike[str], part: Evaluation, model: Robot, *, language: str = "en"
+) -> None:
+    """Writes check.json, or the page where the path ends in .html; whole or not at all.
+
+    Args:
+        found: The check.
+        path: Where to.
+        part: The pictures beside the model.
+        model: That was checked.
+        language: Of the page.
+    """
     if Path(path).suffix.lower() in (".html", ".htm"):
-        write_text(path, picture_check_page(found, name, language))
+        write_text(path, picture_check_page(found, part, model, language))
     else:
         write_json(path, found.to_json_dict())
 
 
-def picture_check_page(found: PictureCheck, name: str, language: str = "en") -> str:
-    """The HTML text of the page of a check by pictures."""
+def picture_check_page(found: PictureCheck, part: Evaluation, model: Robot, language: str = "en") -> str:
+    """The HTML text of the page of a check by pictures; arguments as of `write_picture_check`."""
     with in_language(language):
         rms = float(np.sqrt(np.mean(np.square(list(found.rms_px.values())))))
         verdict = Verdict(TONES[found.verdict], capitalised(state_word(found.verdict)), _picture_headline(found), [])
@@ -153,16 +194,17 @@ def picture_check_page(found: PictureCheck, name: str, language: str = "en") -> 
             (_("RMS error"), f"{significant(rms)} px", _("expected {size} px", size=significant(found.expected_px))),
             (_("Chance"), p_text(found.p_value), _("of errors as large where nothing moved")),
         ]
-        sections = [Section("pictures", _("Pictures"), drawings=[_pictures(found)])]
+        sections = scene_sections(pictures_scene(model, None, part))
+        sections.append(Section("pictures", _("Pictures"), drawings=[_pictures(found)]))
         if found.moved:
             sections.append(Section("causes", _("What explains it"), tables=[_moved_table(found.moved)]))
         if found.notes:
             sections.append(Section("notes", _("Notes"), notes=list(found.notes)))
         return page.render(
             "monitoring.html",
-            title=_("Check of {robot}", robot=name),
+            title=_("Check of {robot}", robot=model.name),
             eyebrow=_("Does the calibration still hold?"),
-            robot_name=name,
+            robot_name=model.name,
             simulated=False,
             meta=[plural(len(found.rms_px), "picture")],
             verdict=verdict,

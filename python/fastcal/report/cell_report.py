@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The pages of cells of several arms, calibrated and diagnosed; nothing is fitted here."""
+"""The page of a calibrated cell of several arms, and what all pages of cells have in common; nothing is fitted here."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,29 +16,26 @@ from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.result import IdentifiedParameter
 from fastcal.cells import cell as cells
 from fastcal.cells.calibrate import CellResult
-from fastcal.cells.diagnosis import CellDiagnosis, CellFinding, WayDiagnosis
-from fastcal.cells.gap import FOUND, GEOMETRY, CellStep
 from fastcal.cells.placements import Placement
-from fastcal.diagnosis.words import cause_in_words
 from fastcal.io.atomic import write_text
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.io.tree_file import cell_text
 from fastcal.place import place_of
 from fastcal.report import figures, page
-from fastcal.report.diagnosis_report import write_diagnosis
-from fastcal.report.diagnosis_words import VERDICTS
+from fastcal.report.cell_scene import cell_scene
+from fastcal.report.diagnosis_figures import waterfall
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
 from fastcal.report.kind_words import kind_title, noise_text
 from fastcal.report.language import _, in_language
+from fastcal.report.parameter_sizes import moved_in_cell, sizes_figure
 from fastcal.report.sections import Section
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell, spaced, unit_text
-from fastcal.report.words import Remark, Verdict
+from fastcal.report.words import Verdict
 from fastcal.said import said
 
 CALIBRATION_FILES = ("model.yaml", "result.json", "report.html")
-DIAGNOSIS_FILES = ("model.yaml", "diagnosis.json", "report.html")
 _COLOURS = ("#1f6fb4", "#c2571a", "#2b8a57", "#8a4fa0", "#937b10", "#4d5965")  # of views, in turn
 _MEMBERS = {
     "arm": said("arm"),
@@ -47,7 +45,6 @@ _MEMBERS = {
     "board": said("board"),
 }
 _MOST_POINTS = 2000  # that a figure draws of one view
-_STEPS = {None: said("Places alone"), GEOMETRY: said("Geometry"), FOUND: said("With what was found")}
 _TONES = {
     "converged": ("good", said("Converged")),
     "not_converged": ("bad", said("Not converged")),
@@ -65,17 +62,6 @@ def write_cell_calibration(found: CellResult, folder: str | os.PathLike[str], *,
         write_text(place / "report.html", calibration_page(found, language))
 
 
-def write_cell_diagnosis(found: CellDiagnosis, folder: str | os.PathLike[str], *, language: str = "en") -> None:
-    """Writes model.yaml, diagnosis.json and report.html, all or none, and a folder with each way's own page."""
-    for each in found.ways:
-        write_diagnosis(each.found, Path(folder) / each.way.folder, language=language)
-    with atomic_folder(folder, DIAGNOSIS_FILES) as place:
-        write_json(place / "diagnosis.json", found.to_json_dict())
-        text = cell_text(found.cell, f"{found.cell.name}, diagnosed by fastcal {fastcal.__version__}")
-        write_text(place / "model.yaml", text)
-        write_text(place / "report.html", diagnosis_page(found, language))
-
-
 def calibration_page(found: CellResult, language: str = "en") -> str:
     """The HTML text of a calibration's page."""
     with in_language(language):
@@ -85,8 +71,10 @@ def calibration_page(found: CellResult, language: str = "en") -> str:
 def _calibration_page(found: CellResult) -> str:
     main = next(iter(found.train.values()), None)
     sections = [
+        *scene_sections(cell_scene(found.cell, found.readings, found.nominal)),
         Section("readings", _("Errors of what was read"), drawings=_drawings(found.views), tables=[_view_table(found)]),
         Section("places", _("Where everything stands"), tables=_place_tables(found.placements)),
+        *_sizes(found),
         *(_arm_section(name, own) for name, own in _by_arm(found)),
     ]
     if held := [spaced(of.direction) for of in found.unidentifiable]:
@@ -105,6 +93,7 @@ def _calibration_page(found: CellResult) -> str:
         told = _("{names} moved since the calibration.", names=names) if names else _("Nothing moved.")
         sections.insert(0, Section("moved", _("What may have moved"), told))
     tiles = [] if main is None else _tiles(found, main)
+    drawn = gap_figures(found) if found.status == "converged" and found.moved is None else []
     return cell_page(
         found.cell,
         (_("Calibration of {cell}", cell=found.cell.name), _("Calibration of a cell"))
@@ -113,7 +102,13 @@ def _calibration_page(found: CellResult) -> str:
         verdict,
         tiles,
         sections,
+        drawings=drawn,
     )
+
+
+def scene_sections(drawn: Figure | None) -> list[Section]:
+    """The part of a page that shows the cell; none where nothing was drawn."""
+    return [] if drawn is None else [Section("workspace", _("The cell"), drawings=[drawn])]
 
 
 def cell_page(
@@ -122,8 +117,12 @@ def cell_page(
     verdict: Verdict,
     tiles: Sequence[tuple[str, str, str]],
     sections: Sequence[Section],
+    **verdict_box: Any,
 ) -> str:
-    """The HTML text of a page of a cell, in the language of the caller; its title, and the line above that."""
+    """The HTML text of a page of a cell, in the language of the caller; its title, and the line above that.
+
+    `verdict_box`: steps, chips and drawings, as the macro of that name has them.
+    """
     heading, eyebrow = title
     return page.render(
         "monitoring.html",
@@ -136,6 +135,7 @@ def cell_page(
         tiles=tiles,
         sections=sections,
         document=[(_("Software"), f"fastcal {fastcal.__version__}")],
+        **verdict_box,
     )
 
 
@@ -189,13 +189,14 @@ def _view_table(found: CellResult) -> Table:
                 Cell(target),
                 Cell(sensor or _("world")),
                 number_cell("" if after is None else str(after.count), None if after is None else float(after.count)),
-                *(_number(None if size is None else of.kind.shown(size)) for size in sizes),
+                *(size_cell(None if size is None else of.kind.shown(size)) for size in sizes),
             ]
         )
     return Table(_("Errors of each target as each sensor reads it"), columns, [Group(rows)], is_sortable=len(rows) > 1)
 
 
-def _number(value: float | None) -> Cell:
+def size_cell(value: float | None) -> Cell:
+    """A number of a table; empty where it is not known."""
     return number_cell("" if value is None else significant(value, 4), value)
 
 
@@ -251,6 +252,47 @@ def _with(std: float | None, value: float) -> str:
     return f"{shown} ± {size}"
 
 
+def gap_of_kinds(
+    steps: Sequence[Mapping[str, KindErrors]], noise: Mapping[str, float], *, on_test: bool
+) -> list[Figure]:
+    """A waterfall of each kind whose noise is known.
+
+    Args:
+        steps: Errors with places alone, with the geometry and, of a diagnosis, with what was found.
+        noise: Of one number of each kind, SI.
+        on_test: Are they of test poses?
+    """
+    names = (_("places alone"), _("the geometry of the arms"), _("what was found"))
+    out = []
+    for name, last in steps[-1].items() if steps else []:
+        sizes = [step[name].rms for step in steps if name in step]
+        known = [(title, size) for title, size in zip(names, sizes, strict=False) if size is not None]
+        if len(known) < len(steps) or name not in noise:
+            continue
+        floor = last.kind.shown(noise[name]) * last.width**0.5
+        on = _("test poses") if on_test else _("fitted poses")
+        drawn = waterfall(known, floor, on, last.kind.unit, first=names[0])
+        title = f"{drawn.title}: {_(last.kind.plural)}"
+        out.append(replace(drawn, id=f"gap-{name}", title=title))
+    return out
+
+
+def gap_figures(found: CellResult) -> list[Figure]:
+    """Of each kind of reading the error with places alone, what the geometry takes of it, what remains, the noise."""
+    judged = found.test or found.train
+    before = {
+        name: KindErrors(of.kind, of.numbers_before) for name, of in judged.items() if of.numbers_before is not None
+    }
+    noise = {name: of.value for name, of in found.noise.items()}
+    return gap_of_kinds([before, judged] if before else [], noise, on_test=found.test is not None)
+
+
+def _sizes(found: CellResult) -> list[Section]:
+    """What the changes of the arms' numbers move, in one unit."""
+    drawn = sizes_figure(moved_in_cell(found)) if found.status == "converged" and found.views else None
+    return [] if drawn is None else [Section("parameters", _("Parameters"), drawings=[drawn])]
+
+
 def _by_arm(found: CellResult) -> list[tuple[str, list[IdentifiedParameter]]]:
     """Parameters of each arm's joints and links."""
     own: dict[str, list[IdentifiedParameter]] = {arm.name: [] for arm in found.cell.arms}
@@ -272,148 +314,3 @@ def _arm_section(name: str, parameters: Iterable[IdentifiedParameter]) -> Sectio
         rows.append([Cell(spaced(of.owner)), Cell(of.name), value, std, before, change])
     table = Table(_("Identified numbers of {arm}", arm=name), columns, [Group(rows)])
     return Section(f"arm-{name}", _("Arm {name}", name=name), tables=[table], folded=True)
-
-
-def diagnosis_page(found: CellDiagnosis, language: str = "en") -> str:
-    """The HTML text of a diagnosis' page."""
-    with in_language(language):
-        return _diagnosis_page(found)
-
-
-def _diagnosis_page(found: CellDiagnosis) -> str:
-    word, tone = VERDICTS[found.verdict]
-    sections = [
-        Section("ways", _("What was read"), tables=[_way_table(found.ways)], notes=[*map(_numbering, found.ways)])
-    ]
-    if found.effects:
-        lead = _("Owners carry their arm. A joint that several ways have in common is judged by the readings of each.")
-        reasons = [f"{of.finding.label}: {reason}" for of in found.effects for reason in of.reasons]
-        sections.insert(0, Section("found", _("What is missing"), lead, tables=[_cause_table(found.effects)]))
-        if reasons:
-            sections.append(Section("reasons", _("Why no grade is better"), notes=reasons, folded=True))
-    if found.gap:
-        sections.insert(0, Section("gap", _("How far readings are off"), tables=[_gap_table(found.gap)]))
-    if found.notes:
-        sections.append(Section("notes", _("Notes"), notes=found.notes))
-    verdict = Verdict(tone, _(word), _missing(found), _remarks(found.effects))
-    tiles = [*_gap_tiles(found.gap)]
-    tiles += [(each.way.name, _(VERDICTS[each.found.verdict][0]), _arms(each)) for each in found.ways]
-    return cell_page(
-        found.cell, (_("Diagnosis of {cell}", cell=found.cell.name), _("Diagnosis of a cell")), verdict, tiles, sections
-    )
-
-
-def _gap_tiles(gap: Sequence[CellStep]) -> list[tuple[str, str, str]]:
-    """Of each kind the RMS before and of the cell that is written, on the test where there is one."""
-    out = []
-    for kind, last in ({} if not gap else gap[-1].test or gap[-1].train).items():
-        first = (gap[0].test or gap[0].train).get(kind)
-        if first is None or first.rms is None or last.rms is None:
-            continue
-        size = f"{significant(first.rms, 3)} → {significant(last.rms, 3)} {unit_text(last.kind.unit)}"
-        out.append((_("RMS on test poses") if gap[-1].test else _("RMS error"), size, _(last.kind.plural)))
-    return out
-
-
-def _gap_table(gap: Sequence[CellStep]) -> Table:
-    """RMS of each kind at each step, of the fitted postures and of the test."""
-    columns = [Column(_("Reading"), numeric=False), Column(_("Of"), numeric=False)]
-    columns += [Column(_(_STEPS[step.added])) for step in gap]
-    rows = []
-    for title, kinds in ((_("fitted postures"), [s.train for s in gap]), (_("test postures"), [s.test for s in gap])):
-        for kind, of in (kinds[-1] or {}).items():
-            sizes = [None if step is None or kind not in step else step[kind].rms for step in kinds]
-            named = Cell(f"{kind_title(of.kind)} ({unit_text(of.kind.unit)})")
-            rows.append([named, Cell(title), *(_number(size) for size in sizes)])
-    return Table(
-        _("RMS before, with the geometry of all arms, and of the cell that is written"), columns, [Group(rows)]
-    )
-
-
-def _missing(found: CellDiagnosis) -> str:
-    """`found.sentence` in the language of the page."""
-    listed, more = found.told
-    named = [_("{cause} (grade {grade})", cause=of.finding.label, grade=of.finding.grade) for of in listed]
-    named += [_("{count} more that are no more than possible (grade C)", count=more)] if more else []
-    rest = [
-        _(
-            "Something remains in what was read of {target}, most of it at {place}.",
-            target=each.way.name,
-            place=each.way.owner(each.found.unexplained.owner),
-        )
-        for each in found.ways
-        if each.found.unexplained is not None
-    ]
-    if not named and not rest:
-        return _("Nothing is missing that these readings could show above their noise.")
-    return " ".join([*([_("Missing: {causes}.", causes=", ".join(named))] if named else []), *rest])
-
-
-def _remarks(effects: Sequence[CellFinding]) -> list[Remark]:
-    return [
-        Remark(
-            _(
-                "{cause}: not in the readings of {targets}",
-                cause=of.finding.label,
-                targets=", ".join(of.not_seen_by),
-            ),
-            True,
-            "found",
-        )
-        for of in effects
-        if of.not_seen_by
-    ]
-
-
-def _arms(each: WayDiagnosis) -> str:
-    return " + ".join(arm.name for arm in each.way.arms)
-
-
-def _cause_table(effects: Sequence[CellFinding]) -> Table:
-    columns = [Column(title, numeric=False) for title in (_("Grade"), _("Cause"), _("Size"))]
-    columns += [Column(title, numeric=False) for title in (_("As well"), _("Seen by"))]
-    rows = []
-    for of in effects:
-        f = of.finding
-        sizes = "; ".join(
-            f"{name} {value.value:.4g}" + (f" ± {value.std:.2g}" if value.std else "")
-            for name, value in f.parameters.items()
-        )
-        others = "; ".join(_(cause_in_words(effect, owner)) for effect, owner in f.equivalents)
-        rows.append(
-            [
-                Cell(f.grade),
-                Cell(_(cause_in_words(f.effect, f.owner))),
-                Cell(sizes),
-                Cell(others),
-                Cell(", ".join(of.seen_by)),
-            ]
-        )
-    return Table(_("Causes that the readings ask for"), columns, [Group(rows)])
-
-
-def _numbering(each: WayDiagnosis) -> str:
-    """What a way's own page calls its joints."""
-    listed = ", ".join(f"{k} = {joint}" for k, joint in enumerate(each.joints, start=1))
-    return _("{target}: joints on its own page are {joints}", target=each.way.name, joints=listed)
-
-
-def _way_table(ways: Sequence[WayDiagnosis]) -> Table:
-    columns = [Column(title, numeric=False) for title in (_("Target"), _("Arms"), _("Found"))]
-    columns += [Column(title) for title in (_("RMS, geometry alone"), _("RMS, with all"), _("Noise makes"))]
-    columns += [Column(title, numeric=False) for title in (_("Unit"), _("Page"))]
-    rows = []
-    for each in ways:
-        gap = each.found.judged_gap
-        rows.append(
-            [
-                Cell(each.way.name),
-                Cell(_arms(each)),
-                Cell(_(VERDICTS[each.found.verdict][0])),
-                *(_number(size) for size in (gap.sizes[0], gap.sizes[-1], gap.floor)),
-                Cell(unit_text(gap.unit)),
-                Cell(_("its own page"), link=f"{each.way.folder}/report.html"),
-            ]
-        )
-    caption = _("Each way from what reads to what is read, judged on poses that were held out")
-    return Table(caption, columns, [Group(rows)])

@@ -31,7 +31,9 @@ _MOST_LIMITS = 16
 _BAND = [[0.0, "#ffffff"], [0.5, "#dbe7ee"], [0.8, "#8fb8cf"], [0.95, "#e09f3e"], [1.0, "#a11d1d"]]
 
 
-def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_unit: str = "mm") -> Figure:
+def waterfall(
+    steps: Sequence[tuple[str, float]], floor: float, on: str, kind_unit: str = "mm", first: str = ""
+) -> Figure:
     """RMS error of the geometry alone, what each effect takes away, what remains, and what noise alone makes.
 
     Args:
@@ -39,9 +41,10 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_un
         floor: RMS that noise alone would make.
         on: The poses, as in "test poses".
         kind_unit: Of all these.
+        first: What the first step is, where that is not the geometry.
     """
     unit = unit_text(kind_unit)
-    names = [_("geometry alone")]
+    names = [first or _("geometry alone")]
     base, height, colours, texts = [0.0], [steps[0][1]], [figures.BEFORE], [f"{alike(steps[0][1], floor)} {unit}"]
     for (_was, before), (name, after) in pairwise(steps):
         names.append(_("with {name}", name=name))
@@ -101,13 +104,16 @@ def waterfall(steps: Sequence[tuple[str, float]], floor: float, on: str, kind_un
                   narrow={"xaxis.range": [0, 1.5 * max(top, floor)]})  # fmt: skip
 
 
-def alternatives(found: Diagnosis) -> Figure | None:
-    """The leading causes by the share of the misfit that each explains alone, named or ruled out, and why."""
+def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure | None:
+    """The leading causes by the share of the misfit that each explains alone, named or ruled out, and why.
+
+    `told`: a text with the names of a cell, where the diagnosis is of a way in one.
+    """
     shown = sorted(found.ranking, key=lambda r: -r.share)[:_MOST_ALTERNATIVES]
     if not shown or found.verdict == "none":  # where nothing is missing there is nothing to have a share of
         return None
     is_given = [r.because.reason is Reason.GIVEN for r in shown]
-    names = [capitalised(spoken(r.label)) for r in shown]
+    names = [capitalised(told(spoken(r.label))) for r in shown]
     share = [100 * max(r.share, 0.0) for r in shown]
     bars: Trace = {
         "type": "bar", "orientation": "h", "x": share, "y": list(range(len(shown))), "width": 0.34,
@@ -126,7 +132,7 @@ def alternatives(found: Diagnosis) -> Figure | None:
     )  # fmt: skip
     drawn["annotations"] = [
         {
-            "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>: {reason_in_brief(r.because)}", "showarrow": False,
+            "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>: {told(reason_in_brief(r.because))}", "showarrow": False,
             "xanchor": "left", "yanchor": "bottom", "font": {"color": figures.INK},
         }
         for k, (name, r) in enumerate(zip(names, shown, strict=True))

@@ -34,6 +34,7 @@ from fastcal.report import (
     workspace,
 )
 from fastcal.report.arm import arm_of
+from fastcal.report.cell_scene import pictures_scene
 from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
@@ -53,7 +54,7 @@ from fastcal.report.language import _, in_language
 from fastcal.report.sections import who_measured
 from fastcal.report.tables import Table, capitalised, unit_text
 from fastcal.report.view import Rows, rows_of
-from fastcal.report.words import listed
+from fastcal.report.words import Verdict, listed
 from fastcal.said import said
 
 if TYPE_CHECKING:
@@ -147,6 +148,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
         tone = "caution"
     state = found.final
     smallest = diagnosis_tables.smallest_by_kind(found)
+    cards = [_card(found, finding) for finding in found.effects]
     return page.render(
         "diagnosis.html",
         title=_("Diagnosis of {robot}", robot=found.model.name),
@@ -158,14 +160,13 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
             if part is not None
         ],
         who=who_measured(made_by),
-        word=word,
-        tone=tone,
-        sentence=_(found.sentence),
+        verdict=Verdict(tone, word, _(found.sentence)),
         steps=next_steps(found),
         sections=_sections(found),
         tiles=_tiles(found),
         misfits=[(kind_title(misfit.kind), capitalised(_(misfit.text))) for misfit in found.misfits],
-        cards=[_card(found, finding) for finding in found.effects],
+        cards=cards,
+        chips=[(card.grade, card.brief, f"cause-{k}") for k, card in enumerate(cards[:6], start=1)],
         grades={grade: _(text) for grade, text in GRADES.items()}
         if found.effects
         else {},  # the glossary explains those that the page gives
@@ -186,7 +187,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
         pairs=_pairs(train, geometry, changed=len(found.steps) > 1),
         components=charts.component_key(train.components) if train else [],
         trend_note=residual_figures.drawn_note(train.row_count) if train else "",
-        scene=None
+        scene=pictures_scene(found.model, found.steps[0].model, found.train)
         if arrows is None
         else workspace.scene(
             *arrows, base, _("the measuring frame"), arm, residual_figures.places_of_arrows(train, found.outliers)

@@ -24,10 +24,10 @@ _SMALL = 0.01  # share of the misfit below which what remains is not worth a sea
 
 def next_steps(found: Diagnosis) -> list[str]:
     """What to do now, a sentence each."""
-    look = [_("{advice}; then diagnose again.", advice=look_at(misfit)) for misfit in found.misfits]
+    misfits = [_("{advice}; then diagnose again.", advice=look_at(misfit)) for misfit in found.misfits]
     if found.verdict == "none":
         return [
-            *look,
+            *misfits,
             _("Nothing has to be added: model.yaml is {what}.", what=_arm(found) or _("the calibrated geometry")),
             _(
                 "If the robot is less accurate at other work, see below what these data could not show, and measure "
@@ -35,10 +35,15 @@ def next_steps(found: Diagnosis) -> list[str]:
             ),
         ]
     if found.verdict == "one_of":
-        return [*look, *_one_of(found)]
+        return [*misfits, *_one_of(found)]
     if found.verdict == "unexplained":
-        return [*look, *_unexplained(found)]
-    return [*look, *_measurement(found.effects), *_robot(found.effects), *_unsure(found.effects)]
+        return [*misfits, *_unexplained(found)]
+    return [*misfits, *acts(found.effects)]
+
+
+def acts(effects: list[Finding], *, undo: bool = True) -> list[str]:
+    """What to do where causes were named; `undo`: with the command that takes one out of the model again."""
+    return [*_measurement(effects), *_robot(effects, undo=undo), *_unsure(effects)]
 
 
 def is_advice(plan: SeparatingPlan | None) -> bool:
@@ -82,7 +87,7 @@ def _arm(found: Diagnosis) -> str:
 def _unexplained(found: Diagnosis) -> list[str]:
     remaining = found.unexplained
     steps = (
-        [_look(remaining)]
+        [look(remaining)]
         if remaining and remaining.share >= _SMALL
         else [_("The unexplained part is next to nothing.")]
     )
@@ -125,17 +130,20 @@ def _measurement(effects: list[Finding]) -> list[str]:
     ]
 
 
-def _robot(effects: list[Finding]) -> list[str]:
+def _robot(effects: list[Finding], *, undo: bool) -> list[str]:
     """Causes in the robot that are in the model."""
     own = [f for f in effects if f.in_model and not traits_of(f.effect).of_the_measurement]
     if not own:
         return []
     what = _("the effect") if len(own) == 1 else _("the {count} effects", count=len(own))
-    undo = drop_command(own[0])
-    return [
-        _("Compensate with model.yaml: it holds the geometry and {what}, identified together.", what=what),
-        _("To undo it: {command}", command=undo) if len(own) == 1 else _("To undo one: {command}", command=undo),
-    ]
+    use = _("Compensate with model.yaml: it holds the geometry and {what}, identified together.", what=what)
+    if not undo:
+        return [use]
+    command = drop_command(own[0])
+    drop = (
+        _("To undo it: {command}", command=command) if len(own) == 1 else _("To undo one: {command}", command=command)
+    )
+    return [use, drop]
 
 
 def _unsure(effects: list[Finding]) -> list[str]:
@@ -145,7 +153,8 @@ def _unsure(effects: list[Finding]) -> list[str]:
     return [*more, _("Check by hand before repairing: {causes}.", causes=listed(unsure))] if unsure else []
 
 
-def _look(remaining: Unexplained) -> str:
+def look(remaining: Unexplained) -> str:
+    """Where to look for what remains."""
     on = depends(remaining.depends_on)
     if remaining.owner.startswith("joint"):
         return _(

@@ -16,12 +16,16 @@ from plotly import graph_objects
 from plotly.subplots import make_subplots
 
 from fastcal.calibration.result import CalibrationResult
+from fastcal.cells.calibrate import CellResult
+from fastcal.cells.diagnosis import CellDiagnosis
 from fastcal.diagnosis import partial_residuals
 from fastcal.diagnosis.result import Diagnosis
 from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.report import (
     calibration_report,
+    cell_diagnosis_report,
+    cell_report,
     charts,
     diagnosis_report,
     effect_figures,
@@ -31,8 +35,11 @@ from fastcal.report import (
     workspace,
 )
 from fastcal.report.arm import Arm, arm_of
+from fastcal.report.cell_scene import cell_scene
+from fastcal.report.figures import Figure
 from fastcal.report.frames import frame
 from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
+from fastcal.report.sections import present
 from fastcal.report.still import still
 from fastcal.report.summaries import summary
 from fastcal.report.tables import capitalised
@@ -40,7 +47,6 @@ from fastcal.report.view import Rows, rows_of
 
 if TYPE_CHECKING:
     from fastcal.compensation import PathAccuracy
-    from fastcal.report.figures import Figure
 
 _LEGEND = 46  # CSS pixels below a figure for the legend, which may take two lines
 _HEAD = 8  # rows of a table that a notebook shows
@@ -100,7 +106,7 @@ def plotly_figure(drawn: list[Figure]) -> graph_objects.Figure:
         figure.update_layout({key: value for key, value in first.layout.items() if key not in ("xaxis", "yaxis")})
     figure.update_traces(showlegend=False)
     for entry in first.key:
-        figure.add_trace(_legend_entry(entry))
+        figure.add_trace(_legend_entry(entry, in_scene=first.kind == "scene"))
     title = capitalised(first.title) if len(drawn) == 1 else ""
     figure.update_layout(
         title={"text": title, "font": {"size": 15}, "x": 0, "xref": "paper"},
@@ -117,11 +123,13 @@ def plotly_figure(drawn: list[Figure]) -> graph_objects.Figure:
     return shown
 
 
-def _legend_entry(entry: figures.Key) -> graph_objects.Scatter:
+def _legend_entry(entry: figures.Key, *, in_scene: bool) -> Any:
     is_line = entry.mark not in ("point", "cross")
-    return graph_objects.Scatter(
+    kind = graph_objects.Scatter3d if in_scene else graph_objects.Scatter
+    return kind(
         x=[None],
         y=[None],
+        **({"z": [None]} if in_scene else {}),
         name=entry.label,
         mode="lines" if is_line else "markers",
         line={"color": entry.colour, "dash": entry.mark} if is_line else None,
@@ -195,11 +203,23 @@ def _workspace(shown: Any, arm: Arm | None = None) -> list[Figure]:
     return [] if arrows is None else [workspace.scene(*arrows, base, "the measuring frame", arm)]
 
 
+@singledispatch
 def _arm(shown: Any) -> list[Figure]:
     kinds = shown.model.joint_types
     before = shown.nominal if isinstance(shown, CalibrationResult) else shown.steps[0].model
     sets = [(rows_of(name, getattr(shown, part), kinds), getattr(shown, part)) for name, part in _PARTS]
     return _workspace(shown, arm_of(shown.model, before, sets))
+
+
+@_arm.register
+def _(found: CellResult) -> list[Figure]:
+    return present(cell_scene(found.cell, found.readings, found.nominal))
+
+
+@_arm.register
+def _(found: CellDiagnosis) -> list[Figure]:
+    before = found.gap[0].cell if found.gap else None
+    return [] if found.readings is None else present(cell_scene(found.cell, found.readings, before))
 
 
 def _parameters(result: CalibrationResult) -> list[Figure]:
@@ -213,8 +233,19 @@ def _noise(shown: Any) -> list[Figure]:
     return [residual_figures.normal_plot(sets[0], shown.noise[sets[0].kind.name], outliers)] if sets else []
 
 
-def _gap(found: Diagnosis) -> list[Figure]:
+@singledispatch
+def _gap(found: Any) -> list[Figure]:
     return [diagnosis_report.gap_figure(found)]
+
+
+@_gap.register
+def _(found: CellResult) -> list[Figure]:
+    return cell_report.gap_figures(found)
+
+
+@_gap.register
+def _(found: CellDiagnosis) -> list[Figure]:
+    return cell_diagnosis_report.gap_figures(found)
 
 
 def _effect(found: Diagnosis, name: str | None = None) -> list[Figure]:

@@ -11,20 +11,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastcal.calibration.result import IdentifiedParameter
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.effects.entries import edge_name
 from fastcal.effects.values import polar_pairs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.place import place_of
 from fastcal.report import figures
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
 from fastcal.report.language import _
 from fastcal.report.sections import bare
 from fastcal.report.tables import capitalised, in_words
+from fastcal.robot.core_model import pose
+from fastcal.robot.rig import board_corners
 from fastcal.units import factor, from_si
 
 if TYPE_CHECKING:
     from fastcal.calibration.result import CalibrationResult
+    from fastcal.cells.calibrate import CellResult
     from fastcal.monitoring.compare import Comparison
     from fastcal.robot.robot import Robot
 
@@ -46,7 +51,8 @@ class Moved:
     @property
     def name(self) -> str:
         """As it is printed: joint 2 theta."""
-        return f"{capitalised(in_words(self.parameter.owner))} {bare(self.parameter.name, self.parameter.unit)}"
+        owner, name = self.parameter.owner, bare(self.parameter.name, self.parameter.unit)
+        return f"{in_words(owner) if place_of(owner).arm else capitalised(in_words(owner))} {name}"
 
     @property
     def is_significant(self) -> bool:
@@ -62,6 +68,32 @@ def moved_at_tool(result: CalibrationResult) -> list[Moved]:
     have no symmetric deviation, are left out.
     """
     return _moved(result.parameters, dict(_slopes(result.model, result.train.data)))
+
+
+def moved_in_cell(found: CellResult) -> list[Moved]:
+    """The same of the arms of a cell: how far what is read moves, as what reads it sees it; RMS over rows and views."""
+    used = found.readings.pick(figures.spread_rows(len(found.readings), _MOST_ROWS))
+    model, samples = found.cell.model, used.samples()
+    own, square = len(found.cell.core.nominal), np.zeros(len(model.parameters))
+    for name in found.views:
+        field, _at, view = name.partition("@")
+        at = np.zeros(3)
+        if field == CORNERS:
+            board, _colon, camera = view.partition(":")
+            plate = found.cell.boards[board]
+            at = (pose(plate) @ np.append(board_corners(plate).mean(axis=0), 1.0))[:3]
+            view = f"{plate['on']}:{found.cell.cameras[camera]['on']}"
+        J = np.asarray(model.parameter_jacobian(samples, model.start, 6, of=view))
+        T = np.asarray(model.predict(samples, model.start, of=view)).reshape(-1, 4, 4)
+        moves = J[:, :3] + np.cross(J[:, 3:], (T[:, :3, :3] @ at)[:, :, np.newaxis], axis=1)
+        square += np.mean(np.sum(moves**2, axis=1), axis=0)
+    sizes = np.sqrt(square / len(found.views))
+    slopes = {
+        (p.owner, edge_name(p, geometry=k < own)): float(sizes[k])
+        for k, p in enumerate(model.parameters)
+        if place_of(p.owner).arm and place_of(p.owner).number
+    }
+    return _moved(found.parameters, slopes)
 
 
 def differences_at_tool(found: Comparison) -> list[Moved]:

@@ -319,6 +319,8 @@ def _scene(figure: Figure, place: tuple[float, float, float, float]) -> list[str
         px, py, depth = view.at(np.column_stack([np.asarray(trace[name], dtype=float) for name in "xyz"]))
         if trace["mode"] != "lines":
             parts += _points(trace["marker"], px, py, depth)
+            for x, y, name in zip(px, py, trace.get("text", []), strict=False) if "text" in trace["mode"] else []:
+                parts += [_text(x, y + 17, str(name), INK, 11, "middle")] if np.isfinite(x) else []
             continue
         colours, wide = _colours(trace["line"], len(px)), 0.5 * trace["line"]["width"]
         style = f'fill="none" stroke-width="{wide}" stroke-linecap="round" stroke-linejoin="round"'

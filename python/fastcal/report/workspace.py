@@ -10,18 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.report import figures
+from fastcal.report.arm import Arm, Run, through_points
 from fastcal.report.figures import FONT, INK, MUTED, Figure, Trace
 from fastcal.report.formatting import count, significant
 from fastcal.report.language import _
-
-if TYPE_CHECKING:
-    from fastcal.report.arm import Arm
 
 Array = NDArray[np.float64]
 
@@ -31,7 +29,6 @@ _ARROW_SHARE = 0.08
 _HEAD_SHARE = 0.012
 _COLOURS = [[0.0, "#b9cbd6"], [0.35, "#5b9bc0"], [0.65, "#e09f3e"], [1.0, "#a11d1d"]]
 
-_LINK = "#5f7180"
 _PARTS = [[0.0, "#ffffff"], [0.5, "#f4b860"], [1.0, "#a11d1d"]]
 _EYE = {"x": 1.15, "y": -1.32, "z": 0.55}  # of the camera, in half-sides of the box
 _JOINT = 9  # the size of a joint; one that contributes is larger, since others may stand where it is
@@ -88,6 +85,7 @@ def scene(
     always: Sequence[int] = (),
     told: str = "",
     title: str = "",
+    of: NDArray[np.intp] | None = None,
 ) -> Figure:
     """The 3D view; positions and errors (N, 3) in mm in `frame`, base (3,) in mm, drawn where it is near.
 
@@ -97,14 +95,16 @@ def scene(
         after: Errors after it; None: `before` are those of now.
         base: Of the robot; an arm is always drawn from it.
         frame: In words.
-        arm: The arm in these N postures; a slider goes through them.
+        arm: The arm in these N postures, or in those that `of` names; a slider goes through them.
         always: Rows (of N) that are drawn however many there are.
         told: What an arrow is, where it goes not from the measured to the predicted point.
         title: Of the figure, where arrows are no errors.
+        of: (N,) the posture of the arm that each arrow is of; None: each has its own.
     """
     row_count = len(positions)
     shown = np.union1d(figures.spread_rows(row_count, ARROW_LIMIT), np.asarray(always, dtype=np.intp)[:ARROW_LIMIT])
-    modes = arrow_modes(positions, before, after)
+    shown = shown if of is None else np.arange(row_count)
+    modes = arrow_modes(positions, before, after) if row_count else []
     traces: list[Trace] = []
     controls = []
     for place, mode in enumerate(modes):
@@ -118,12 +118,12 @@ def scene(
     postures: dict[str, Any] = {}
     inside = shown_base
     if arm is not None:
-        drawn_arm = arm.pick(shown)
-        left = before if after is None else after
-        postures = _postures(drawn_arm, positions[shown], worst=int(np.argmax(np.linalg.norm(left[shown], axis=1))))
-        postures["traces"] = list(range(len(traces), len(traces) + 3))
-        traces += _arm(drawn_arm, positions[shown], postures["shown"])
-        inside = drawn_arm.points.reshape(-1, 3) if shown_base is not None else None
+        drawn_arm = arm if of is not None else arm.pick(shown).with_measured(positions[shown])
+        left = np.linalg.norm((before if after is None else after)[shown], axis=1)
+        worst = 0 if not len(left) else int(np.argmax(left)) if of is None else int(of[np.argmax(left)])
+        postures = _postures(drawn_arm, worst, len(traces)) | {"of": of}
+        traces += [trace for trace, _through in _moving(drawn_arm, worst)]
+        inside = drawn_arm.points.reshape(-1, 3) if of is not None or shown_base is not None else None
     limits = _limits(positions, inside)
     figure_layout: dict[str, Any] = {
         "font": {"family": FONT, "size": 12, "color": INK},
@@ -138,8 +138,8 @@ def scene(
         },
     }
     title = title or _("Errors in the workspace")
-    if len(modes) == 1:
-        title, controls = f"{title} {_times(modes[0].scale)}", []
+    if len(modes) < 2:
+        title, controls = " ".join([title, *(_times(mode.scale) for mode in modes)]), []
         how = _(
             "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the heading says.",
             frame=frame,
@@ -159,7 +159,7 @@ def scene(
     if arm is not None:
         note += " " + _("The slider, or a click on a point, moves the arm to a pose.")
         if arm.contributions is not None:
-            note += " " + _contributions_note(arm.contributions, now=after is None)
+            note += " " + _contributions_note(arm, arm.contributions, now=after is None)
     alt = _(
         "Three-dimensional view of the workspace with an arrow for the error of each pose; "
         "drag it or use the arrow keys to turn it."
@@ -244,43 +244,51 @@ def _coordinates(points: Array) -> dict[str, Array]:
     return {name: points[:, k] for k, name in enumerate("xyz")}
 
 
-def _arm(arm: Arm, positions: Array, k: int) -> list[Trace]:
-    """The arm in posture k: its links, its joints, and the point that was measured there."""
-    points = arm.points[k]
+def _moving(arm: Arm, k: int) -> list[tuple[Trace, list[int]]]:
+    """What the slider moves, in posture k, and the points that each goes through: lines and marks, joints, readings."""
     known = np.zeros(len(arm.joints)) if arm.contributions is None else arm.contributions
-    sizes = _JOINT * (1 + 0.6 * known / (float(known.max()) or 1.0))
-    names = [_("joint {number}", number=i + 1) for i in range(len(arm.joints))]
-    texts = names if arm.contributions is None else [
-        f"{name}: {significant(float(size), 2)} mm" for name, size in zip(names, known, strict=True)
+    end = float(known.max(initial=0.0)) or 1.0
+    texts = arm.names if arm.contributions is None else [
+        f"{name}: {significant(float(size), 2)} mm" for name, size in zip(arm.names, known, strict=True)
     ]  # fmt: skip
+    joints = {
+        "mode": "markers", "text": texts, "hovertemplate": "%{text}<extra></extra>",
+        "marker": {
+            "size": _JOINT * (1 + 0.6 * known / end), "color": known, "colorscale": _PARTS, "cmin": 0.0, "cmax": end,
+            "line": {"color": INK, "width": 1},
+        },
+    }  # fmt: skip
+    ring = {"size": 8, "color": figures.ALERT, "symbol": "circle-open", "line": {"width": 2}}
+    drawn = [(_run(run), run.through) for run in arm.runs]
+    drawn += [(joints, arm.joints)] if arm.joints else []
+    drawn += [({"mode": "markers", "marker": ring, "hoverinfo": "skip"}, arm.measured)] if arm.measured else []
     return [
-        {
-            "type": "scatter3d", "mode": "lines", **_coordinates(points), "hoverinfo": "skip",
-            "line": {"width": 12, "color": _LINK},
-        },
-        {
-            "type": "scatter3d", "mode": "markers", **_coordinates(points[arm.joints]), "text": texts,
-            "hovertemplate": "%{text}<extra></extra>",
-            "marker": {
-                "size": sizes, "color": known, "colorscale": _PARTS, "cmin": 0.0, "cmax": float(known.max()) or 1.0,
-                "line": {"color": INK, "width": 1},
-            },
-        },
-        {
-            "type": "scatter3d", "mode": "markers", **_coordinates(positions[[k]]), "hoverinfo": "skip",
-            "marker": {"size": 8, "color": figures.ALERT, "symbol": "circle-open", "line": {"width": 2}},
-        },
-    ]  # fmt: skip
+        ({"type": "scatter3d", **trace, **_coordinates(through_points(arm.points[k], through))}, through)
+        for trace, through in drawn
+    ]
 
 
-def _postures(arm: Arm, positions: Array, worst: int) -> dict[str, Any]:
-    """What the slider shows: coordinates of all postures one after the other, and what each is called."""
+def _run(run: Run) -> Trace:
+    if run.width:
+        return {"mode": "lines", "hoverinfo": "skip", "line": {"width": run.width, "color": run.colour}}
+    return {
+        "mode": "markers+text" if any(run.names) else "markers", "text": list(run.names), "hoverinfo": "skip",
+        "textposition": "bottom center", "textfont": {"color": INK},
+        "marker": {"size": 6, "color": run.colour, "symbol": run.symbol},
+    }  # fmt: skip
+
+
+def _postures(arm: Arm, worst: int, first: int) -> dict[str, Any]:
+    """What the slider shows: coordinates of all postures one after the other, and what each is called.
+
+    `first`: the place of the first trace that it moves.
+    """
+    moving = [through for _trace, through in _moving(arm, worst)]
     return {
         "shown": worst,
         "width": arm.points.shape[1],
-        "joints": arm.joints,
+        "parts": [{"trace": first + k, "through": through} for k, through in enumerate(moving)],
         "points": {name: arm.points[:, :, k].ravel() for k, name in enumerate("xyz")},
-        "measured": _coordinates(positions),
         "labels": arm.labels,
         "rows": [f"{of}:{row}" for of, row in arm.rows],
         "filters": [
@@ -290,10 +298,10 @@ def _postures(arm: Arm, positions: Array, worst: int) -> dict[str, Any]:
     }
 
 
-def _contributions_note(contributions: Array, *, now: bool) -> str:
+def _contributions_note(arm: Arm, contributions: Array, *, now: bool) -> str:
     """What the colours of the joints say, with the largest: "joint 2 0.41 mm, joint 3 0.22 mm"."""
     order = [int(i) for i in np.argsort(-contributions)[:3] if contributions[i] > 0]
-    sizes = [f"{_('joint {number}', number=i + 1)} {significant(float(contributions[i]), 2)} mm" for i in order]
+    sizes = [f"{arm.names[i]} {significant(float(contributions[i]), 2)} mm" for i in order]
     joints = ", ".join(sizes) or _("none")
     if now:
         return _("Joints are coloured by how far their change moves the tool (RMS): {joints}.", joints=joints)
@@ -315,9 +323,10 @@ def _base(base: Array, *, named: bool) -> Trace:
 
 def _limits(positions: Array, base: Array | None = None) -> Array:
     """The box (3, 2) around the positions with room for arrows, and around the base where one is given."""
-    margin = 0.6 * _ARROW_SHARE * (float(np.linalg.norm(np.ptp(positions, axis=0))) or 1.0)
     inside = positions if base is None else np.vstack([positions, base])
-    return np.column_stack([inside.min(axis=0) - margin, inside.max(axis=0) + margin])
+    far = positions if len(positions) else inside
+    margin = 0.6 * _ARROW_SHARE * (float(np.linalg.norm(np.ptp(far, axis=0))) or 1.0)
+    return np.column_stack([np.nanmin(inside, axis=0) - margin, np.nanmax(inside, axis=0) + margin])
 
 
 def _is_near(base: Array, positions: Array) -> bool:

@@ -151,6 +151,17 @@ def hidden_parameters(core: _core.RobotModel) -> set[int]:
     return {i for i, parameter in enumerate(core.parameters) if still[i] and parameter.owner.startswith("joint")}
 
 
+def loop_pins(core: _core.RobotModel, spec: RobotSpec, q: FloatArray) -> list[tuple[int, int, FloatArray]]:
+    """Of each loop but gears its two frames, and where its two pins or balls are (N, 2, 3) [m] at q (N, n)."""
+    model, samples, out = _core.ErrorModel(core), _core.Samples(np.ascontiguousarray(q)), []
+    for loop in spec.loops:
+        if "ratios" not in loop:
+            T = [np.asarray(model.predict(samples, model.start, of=loop[end])) for end in ("from", "to")]
+            pins = [of[:, :3, :3] @ _point(loop, end) + of[:, :3, 3] for of, end in zip(T, ("from", "to"), strict=True)]
+            out.append((core.frame(loop["from"]), core.frame(loop["to"]), np.stack(pins, axis=1)))
+    return out
+
+
 def write_loops(spec: Spec, values: dict[str, dict[str, float]]) -> None:
     """Writes identified constants, SI by owner and name, into the loops of a spec."""
     for entry in spec.get("loops") or []:

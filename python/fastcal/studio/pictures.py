@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.report.arm import skeleton
+from fastcal.report.arm import skeleton, through_points
 from fastcal.report.figures import log_ticks
 from fastcal.report.formatting import significant
 from fastcal.report.language import _, decimal_sign
@@ -65,8 +65,10 @@ def _around(middle: FloatArray, half: float) -> FloatArray:
 
 def arm(robot: Robot, q: FloatArray, colour: str = BLUE, name: str = "") -> list[dict[str, Any]]:
     """The skeleton at q (n,), and its joints."""
-    points, joints = skeleton(robot, q[np.newaxis])
-    line = _trace(points[0], "lines", name or _("arm")) | {"line": {"width": 9, "color": colour}}
+    points, joints, through = skeleton(robot, q[np.newaxis])
+    line = _trace(through_points(points[0], through), "lines", name or _("arm")) | {
+        "line": {"width": 9, "color": colour}
+    }
     dots = _trace(points[0][joints], "markers+text", name or _("arm")) | {
         "marker": {"size": 6, "color": "#ffffff", "line": {"color": colour, "width": 3}},
         "text": [f"J{k + 1}" for k in range(len(joints))],

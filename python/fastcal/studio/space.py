@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from nicegui import events, ui
 from numpy.typing import NDArray
 
-from fastcal.report.arm import skeleton
+from fastcal.report.arm import skeleton, through_points
 from fastcal.report.language import _
 from fastcal.robot.robot import Robot
 from fastcal.studio import pictures
@@ -60,10 +61,11 @@ class Space:
         for each in self._arm:
             each.delete()
         self._arm = []
-        points, joints = skeleton(self._robot, q[np.newaxis])
+        points, joints, through = skeleton(self._robot, q[np.newaxis])
+        line = through_points(points[0], through)
         thick = 0.02 * self._robot.reach
         with self._scene:
-            for start, end in zip(points[0][:-1], points[0][1:], strict=True):
+            for start, end in itertools.pairwise(line):
                 if np.isfinite([start, end]).all() and np.linalg.norm(end - start) > thick / 10:
                     a, middle, b = (to_si(each, "mm").tolist() for each in (start, (start + end) / 2, end))
                     tube = self._scene.quadratic_bezier_tube(a, middle, b, tubular_segments=1, radius=thick)

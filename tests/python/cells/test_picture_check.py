@@ -65,7 +65,8 @@ def test_the_check_is_a_page_where_that_is_asked(model: Path, tmp_path: Path, la
     text = page.read_text(encoding="utf-8")
     assert text.startswith("<!DOCTYPE html>")
     assert word in text
-    assert text.count('<div class="plot"') == 1
+    assert text.count('<div class="plot"') == 2  # the cell, and the error of each picture
+    assert 'id="figure-workspace"' in text
 
 
 def test_another_focal_length_is_the_lens_and_no_move(model: Path, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 from PIL import Image
 
-from . import pages_of_arms, pages_of_kinds  # noqa: F401 - their pages are cases too
+from . import pages_of_arms, pages_of_cells, pages_of_kinds  # noqa: F401 - their pages are cases too
 from .pages_of_fits import CASES
 
 SIZE, WORDS, CHARTS = 1_500_000, 900, 12  # bytes of a file; of a diagnosis before anything is unfolded

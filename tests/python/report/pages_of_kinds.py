@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Pages of lengths, whole poses, two stations, cells, closed loops, loads, recorded paths and papers."""
+"""Pages of lengths, whole poses, two stations, closed loops, loads, recorded paths and papers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import numpy as np
 import fastcal
 from fastcal.measurements.dataset import Dataset
 
-from ..cells import camera_scene, track_scene
 from .pages_of_fits import NOISE, WAVE, YIELDS, calibrated, case, diagnosed, entry, outlying, payloads, run, written
 
 
@@ -92,39 +91,6 @@ def calibrate_delta(folder: Path) -> Path:
     data = fastcal.simulate(fastcal.perturbed(nominal, seed=3), q, noise=NOISE, seed=3)
     fastcal.write_measurements(folder / "fit.csv", data, nominal.joint_types)
     run("calibrate", "delta", folder / "fit.csv", "-o", folder / "out")
-    return folder / "out" / "report.html"
-
-
-@case
-def cell_of_a_track(folder: Path) -> Path:
-    """An arm on a track whose camera looks at a board on a turntable."""
-    scene = track_scene.Scene(8)
-    scene.write(folder, 30)
-    scene.write(folder, 12, prefix="test_")
-    files = ("--corners", folder / "corners.csv", "--test-corners", folder / "test_corners.csv")
-    run("calibrate", folder / "cell.yaml", folder / "poses.csv", "--test", folder / "test_poses.csv", *files,
-        "-o", folder / "out")  # fmt: skip
-    return folder / "out" / "report.html"
-
-
-@case
-def cell_checked(folder: Path) -> Path:
-    camera_scene.write(folder, 30, seed=1)
-    corners = ("--corners", folder / "corners.csv")
-    run("calibrate", folder / "cell.yaml", folder / "poses.csv", *corners, "-o", folder / "model")
-    later = folder / "later"
-    later.mkdir()
-    camera_scene.write(later, 10, seed=5, error_mm=1.0)
-    run("check", folder / "model" / "model.yaml", later / "poses.csv", "--corners", later / "corners.csv",
-        "-o", folder / "check.html")  # fmt: skip
-    return folder / "check.html"
-
-
-@case
-def camera_diagnosed(folder: Path) -> Path:
-    camera_scene.write(folder, 60, seed=1, error_mm=0.0, joint_noise_deg=0.01)
-    corners = ("--corners", folder / "corners.csv")
-    run("diagnose", folder / "cell.yaml", folder / "poses.csv", *corners, "-o", folder / "out")
     return folder / "out" / "report.html"
 
 

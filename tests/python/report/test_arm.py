@@ -21,7 +21,8 @@ def changed(joint: int, key: str, by: float, *effects: dict[str, object]) -> fas
 
 
 def test_the_skeleton_ends_at_the_tool_and_has_a_point_for_each_joint() -> None:
-    points, joints = skeleton(UR10, Q)
+    points, joints, through = skeleton(UR10, Q)
+    assert through == list(range(points.shape[1]))
     np.testing.assert_allclose(points[:, -1], 1e3 * UR10.forward(Q)[:, :3, 3], atol=1e-9)
     np.testing.assert_allclose(points[:, 0], 0, atol=1e-9)  # the base
     assert len(joints) == 6
@@ -37,7 +38,7 @@ def test_frames_on_each_other_are_one_point() -> None:
         {"type": "revolute", "theta_deg": 0, "d_mm": 0, "a_mm": 300, "alpha_deg": 0},
     ]
     robot = fastcal.load_robot({"name": "elbow", "kinematics": "dh", "joints": joints})
-    points, places = skeleton(robot, np.zeros((1, 2)))
+    points, places, _through = skeleton(robot, np.zeros((1, 2)))
     np.testing.assert_allclose(points[0], [[0, 0, 0], [300, 0, 0]], atol=1e-9)
     assert places == [0, 0]
 

@@ -157,21 +157,23 @@ function followRows(plot, { traces, mark }, data) {
   });
 }
 
-// The arm and the arrows: the chosen row's posture, and only the poses that the filter leaves.
-function followPostures(plot, { points, measured, width, joints, traces, labels, rows, shown, filters }) {
+// The arm and the arrows: the chosen row's posture, and only the poses that the filter leaves. A part goes `through`
+// points of the posture, lifted at -1; arrow k is of posture of[k], or of its own.
+function followPostures(plot, { points, width, parts, of, labels, rows, shown, filters }) {
   const axes = ["x", "y", "z"];
   const at = Object.fromEntries(axes.map((axis) => [axis, unpacked(points[axis])]));
-  const point = Object.fromEntries(axes.map((axis) => [axis, unpacked(measured[axis])]));
+  const posture = of ? [...unpacked(of)] : [...rows.keys()];
   const [slider, said] = ["input", "output"].map((name) => plot.closest(".figure").querySelector(`.posture ${name}`));
   const { scene } = plot;
+  const traces = parts.map(({ trace }) => trace);
   let kept = rows.map(() => true);
   const show = (k) => {
-    const parts = {};
+    const moved = {};
     for (const axis of axes) {
-      const chain = at[axis].slice(k * width, (k + 1) * width);
-      parts[axis] = [chain, joints.map((place) => chain[place]), [point[axis][k]]];
+      const here = at[axis].subarray(k * width, (k + 1) * width);
+      moved[axis] = parts.map(({ through }) => through.map((place) => (place < 0 ? NaN : here[place])));
     }
-    scene.set(parts, traces);
+    scene.set(moved, traces);
     slider.value = k;
     said.textContent = labels[k];
   };
@@ -182,7 +184,7 @@ function followPostures(plot, { points, measured, width, joints, traces, labels,
   chooses.push((row) => rows.includes(row) && show(rows.indexOf(row)));
   slider.addEventListener("input", () => choose(rows[near(Number(slider.value))]));
   scene.picked.push((trace, k) => {
-    if (k < rows.length && !traces.includes(trace) && scene.data[trace].mode === "markers") choose(rows[k]);
+    if (k < posture.length && !traces.includes(trace) && scene.data[trace].mode === "markers") choose(rows[posture[k]]);
   });
   for (const line of document.querySelectorAll("tr[data-row]")) {
     if (!rows.includes(line.dataset.row)) continue;
@@ -191,10 +193,12 @@ function followPostures(plot, { points, measured, width, joints, traces, labels,
       plot.scrollIntoView({ behavior: "smooth", block: "center" });
     });
   }
-  const arrows = scene.data.flatMap(({ x }, t) => (x.length % rows.length || traces.includes(t) ? [] : [[t, x]]));
+  const isOfArrows = ({ x }, t) => posture.length && x.length % posture.length === 0 && !traces.includes(t);
+  const arrows = scene.data.flatMap((trace, t) => (isOfArrows(trace, t) ? [[t, trace.x]] : []));
   followFilter(plot.closest(".figure").querySelector(".filter"), filters ?? [], (chosen) => {
     kept = chosen;
-    const left = ([, x]) => x.map((value, k) => (kept[Math.floor((k * rows.length) / x.length)] ? value : NaN));
+    const left = ([, x]) =>
+      x.map((value, k) => (kept[posture[Math.floor((k * posture.length) / x.length)]] ? value : NaN));
     scene.set({ x: arrows.map(left) }, arrows.map(([t]) => t));
   });
   choose(rows[shown]);
