@@ -110,10 +110,3 @@ def measure(true: Robot, sent: Dataset, outside: Unmodelled, noise: float, seed:
 def left(model: Robot, data: Dataset) -> FloatArray:
     """(N, 3) measured less predicted point [m], in the axes of the model's base: what a network has to give."""
     return -evaluate(model, data).error_after @ pose(model.spec["base"])[:3, :3]
-
-
-def joint_torques(robot: Robot, data: Dataset) -> FloatArray:
-    """(N, n) moments of all weights about each joint's own axis at equilibrium [N m]."""
-    model = robot.error_model
-    loads = np.asarray(model.loads(robot.samples(data), model.start))
-    return loads[:, 1:-1:2, 5]
