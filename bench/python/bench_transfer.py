@@ -3,6 +3,7 @@
 """A network of one arm as the prior of few rows of ten others: mean errors on unseen poses, with and without it.
 
     python bench/python/bench_transfer.py -o bench/python/bench_transfer.json
+    python bench/python/bench_transfer.py --first 300 -o bench/python/bench_transfer_fresh.json
 
 Every arm is an RX160L with its own errors of geometry (0.3 mm and 0.3 mrad) and three waves in each joint. In arms of
 one kind the waves are the kind's, each with its own amplitude (20 %) and phase (0.2 rad); in strangers they are drawn
@@ -109,15 +110,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", type=Path, help="where the record is written")
     parser.add_argument("--arms", type=int, default=ARMS)
+    parser.add_argument("--first", type=int, default=0, help="seed of the kind and of the first arm; others follow it")
     parser.add_argument("--counts", type=int, nargs="+", default=list(COUNTS))
     given = parser.parse_args()
     arm = fastcal.load_robot(ARM)
-    kind = waves_of_kind(0, arm.joint_count)
-    first = measured(made(arm, kind, 1000), FIRST_ROWS, 1000)
+    kind = waves_of_kind(given.first, arm.joint_count)
+    first = measured(made(arm, kind, given.first + 1000), FIRST_ROWS, given.first + 1000)
     prior = train(fastcal.calibrate(arm, first).model, first, rivals=["gp"]).model
     results: dict[str, list[dict[str, Any]]] = {"of the kind": [], "strangers": []}
     for name, found in results.items():
-        for seed in range(given.arms):
+        for seed in range(given.first, given.first + given.arms):
             waves = kind if name == "of the kind" else waves_of_kind(100 + seed, arm.joint_count)
             for rows in given.counts:
                 found.append(compared(arm, made(arm, waves, seed), prior, rows, seed))
@@ -133,9 +135,8 @@ def main() -> None:
                 + f"; worst {worst:.3f}"
             )
     if given.o is not None:
-        given.o.write_text(
-            json.dumps({"arm": ARM, "noise_mm": from_si(NOISE, "mm"), "results": results}, indent=1) + "\n"
-        )
+        content = {"arm": ARM, "first": given.first, "noise_mm": from_si(NOISE, "mm"), "results": results}
+        given.o.write_text(json.dumps(content, indent=1) + "\n")
 
 
 if __name__ == "__main__":

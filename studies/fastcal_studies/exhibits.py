@@ -185,4 +185,10 @@ def worlds_section(runs: Sequence[dict[str, object]], measure: str, lines: Mappi
     )
 
 
+def worlds_won(runs: Sequence[dict[str, object]], line: str, rival: str) -> str:
+    """In how many worlds the median of one line is below that of another: "2 of 3 worlds"."""
+    won = [spread(runs, "worlds", w, line).median < spread(runs, "worlds", w, rival).median for w in WORLD_NAMES]
+    return f"{sum(won)} of {len(won)} worlds"
+
+
 COMPARED = ("mm", "paper", "paper's method here", "fastcal's best")

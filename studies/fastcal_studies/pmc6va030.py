@@ -29,7 +29,7 @@ from fastcal_studies.exhibits import DEG, MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
 from fastcal_studies.pmc6va030_page import WORLD_LINES
 from fastcal_studies.pmc6va030_page import page as page
-from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure, row_numbers
 from fastcal_studies.study import Paper, Run
 
 # Table 4, its first two columns under each other's heading.
@@ -48,6 +48,7 @@ BLOCKS_KG = (0.0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, 15, 16, 17, 18, 20, 22, 2
 TRAINED_LOADS, TRAINED_FOR_TESTS = 15, 9  # of 21; of the trained ones those in GB10
 CONFIGURATIONS, TURN_DEG = 168, 20.0
 YIELDING, JUMP = "geometry,joint_compliance,bearing_tilt@joint1", "posture_backlash"
+JUMPS = "joint1<-joint2"  # where it is hidden
 METHODS = ("nls", "bfgs", "bfgs_mean_distance")
 SETS = ("GA10", "GA20", "GB10", "GB20", "GB30")
 
@@ -149,9 +150,9 @@ def one_arm(seed: int, full: bool) -> Run:
         "split": _split(part.model, empty, count),
         "split_slack": _split(sided.model, empty, count),
         "by_pose": {"before": _sizes(before), "after": _sizes(left(part.model, empty))},
-        "identified": {
-            f"{p.owner} {p.name}": {"found": p.value, "std": p.std} for p in every["bfgs"].parameters
-        },
+        "identified": _found(every["bfgs"]),
+        "hidden": row_numbers(true, (f"{p.owner} {p.name}" for p in every["bfgs"].parameters)),
+        "yields": _yields(slack),
         "rows": {name: len(data) for name, data in sets.items()},
         "loads": {name: under.tolist() for name, (_, under) in parts.items()},
         "sets": {
@@ -198,7 +199,7 @@ def to_diagnose(seed: int) -> tuple[Robot, Dataset, Dataset, Robot]:
     count = len(q) * 2 // 3
     data = measured(true, q[:count], np.sort(loads[:TRAINED_LOADS]), outside, 10 * seed + 1)
     test = measured(true, q[count:], np.sort(loads[TRAINED_LOADS:]), outside, 10 * seed + 5)
-    slack = {"effect": JUMP, "owner": "joint1<-joint2", "at_deg": LEAN / DEG, "parameters": {"gap_rad": 2 * GAP}}
+    slack = {"effect": JUMP, "owner": JUMPS, "at_deg": LEAN / DEG, "parameters": {"gap_rad": 2 * GAP}}
     return nominal, data, test, true.with_(effects=[*true.spec["effects"], slack])
 
 
@@ -214,6 +215,19 @@ def with_slack(nominal: Robot, data: Dataset) -> tuple[Robot, CalibrationResult]
     if not found:
         raise InvalidInput("no joint jumps where another one passes a position")
     return yielding, calibrate(nominal, data, effects=f"{YIELDING},{JUMP}@{found[0].owner}")
+
+
+def _found(result: CalibrationResult) -> dict[str, dict[str, float | None]]:
+    """What is identified, by owner and name, with its standard deviation."""
+    return {f"{p.owner} {p.name}": {"found": p.value, "std": p.std} for p in result.parameters}
+
+
+def _yields(slack: CalibrationResult) -> dict[str, dict[str, float | None]]:
+    """Compliances, tilt and gap beside the hidden ones; of what the fit holds at nominal, nothing is found."""
+    hidden = {f"joint{j} compliance_rad_nm": c for j, c in COMPLIANCE}
+    hidden |= {"joint1 rad_nm": TILT_BEARING, f"{JUMPS} gap_rad": 2 * GAP}
+    found, none = _found(slack), {"found": None, "std": None}
+    return {name: {"hidden": value, **found.get(name, none)} for name, value in hidden.items()}
 
 
 def jump_of(slack: CalibrationResult) -> tuple[str, float]:

@@ -47,7 +47,7 @@ def _stopped_early(problem: Problem, own: list[IntArray], options: Options) -> l
 
 
 def compared(model: Robot, best: Robot, sets: Mapping[str, Dataset], seed: int) -> dict[str, float]:
-    """Mean errors [mm] of the rows not trained on: the paper's networks, SOMM-ANN behind fastcal's model, and mlp."""
+    """Mean errors [mm] of the rows not trained on: the paper's networks, mlp, and both behind fastcal's."""
     problem, ours = (problem_of(of, sets["GA10"], seed=seed) for of in (model, best))
     own, rows = [np.arange(len(problem))], [np.arange(len(ours))]
     options = Options(seed=seed, trials=0)
@@ -55,6 +55,7 @@ def compared(model: Robot, best: Robot, sets: Mapping[str, Dataset], seed: int) 
         fitted: dict[str, tuple[Robot, Sequence[Expert]]] = {
             "somm": (model, fit_somm(problem, own, options)),
             "ca": (model, fit_ca_somm(problem, own, options)),
+            "mlp": (model, fit_mlp(problem, own, options)),
             "somm_ours": (best, fit_somm(ours, rows, options)),
             "best": (best, fit_mlp(ours, rows * ENSEMBLE, options)),
         }

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,3 +110,13 @@ def measure(true: Robot, sent: Dataset, outside: Unmodelled, noise: float, seed:
 def left(model: Robot, data: Dataset) -> FloatArray:
     """(N, 3) measured less predicted point [m], in the axes of the model's base: what a network has to give."""
     return -evaluate(model, data).error_after @ pose(model.spec["base"])[:3, :3]
+
+
+def row_numbers(robot: Robot, names: Iterable[str]) -> dict[str, float]:
+    """The numbers of a robot's rows among `names`, "joint2 a_mm" [mm, deg]; those of base and tool are left out."""
+    out = {}
+    for name in names:
+        owner, key = name.split(" ")
+        if owner.startswith("joint"):
+            out[name] = float(robot.spec["joints"][int(owner.removeprefix("joint")) - 1].get(key, 0.0))
+    return out

@@ -9,7 +9,7 @@ part finds; what of it is shown is in spray_7dof_page.
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +28,7 @@ from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
-from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure, row_numbers
 from fastcal_studies.spray_7dof_page import page as page
 from fastcal_studies.spray_7dof_steps import NOISE, descent, paths
 from fastcal_studies.study import Paper, Run
@@ -108,6 +108,8 @@ def one_arm(seed: int, full: bool) -> Run:
     load = inertia_load(nominal, seed=seed)
     still = replace(outside, sizes=(0.0,) * 7)
     without = calibrate(nominal, at(data.q, 0, still), effects=BEST).model
+    names = [f"{p.owner} {p.name}" for p in rigid.parameters]
+    hidden, of_file = row_numbers(true, names), row_numbers(nominal, names)
     run: Run = {"without_waves": by_axis(without, at(unseen.q, 1, still))}
     if HAS_TORCH:
         from fastcal.networks import train
@@ -147,7 +149,7 @@ def one_arm(seed: int, full: bool) -> Run:
             "load": load.load[[2, 3, 5]].tolist(),
         },
         "identified": {f"{p.owner} {p.name}": {"found": p.value - p.nominal, "std": p.std} for p in rigid.parameters},
-        "hidden": hidden_rows(nominal, true, (f"{p.owner} {p.name}" for p in rigid.parameters)),
+        "hidden": {name: value - of_file[name] for name, value in hidden.items()},
         "worlds": worlds(nominal, true, outside, rows, (data.q, unseen.q)),
     }
 
@@ -215,19 +217,6 @@ def worlds(nominal: Robot, true: Robot, outside: Unmodelled, rows: Sequence[str]
             "best": calibrate(nominal, data, effects=BEST).model,
         }
         out[world] = {name: lengths_mm(left(model, unseen))["mean"] for name, model in models.items()}
-    return out
-
-
-def hidden_rows(nominal: Robot, true: Robot, names: Iterable[str]) -> dict[str, float]:
-    """What is hidden in a number of a row, "joint2 a_mm", less the nominal one."""
-    out = {}
-    for name in names:
-        owner, key = name.split(" ")
-        if owner.startswith("joint"):
-            joint = int(owner.removeprefix("joint")) - 1
-            out[name] = float(true.spec["joints"][joint].get(key, 0.0)) - float(
-                nominal.spec["joints"][joint].get(key, 0.0)
-            )
     return out
 
 

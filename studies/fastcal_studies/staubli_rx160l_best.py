@@ -13,12 +13,13 @@ from fastcal.correction.joints import GaussianProcess
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.device import one_thread
 from fastcal.networks.gaussian_process import fit_gaussian_process
+from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
 from fastcal.networks.problem import problem_of
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import lengths_mm
 from fastcal_studies.simulated import FloatArray, left
-from fastcal_studies.staubli_rx160l_networks import SHOWN, lengths, load_adds, sizes
+from fastcal_studies.staubli_rx160l_networks import ENSEMBLE, SHOWN, lengths, load_adds, sizes
 from fastcal_studies.study import Run
 
 LIKELIHOOD_ROWS = 300
@@ -82,10 +83,10 @@ def with_process(
 
 def elsewhere(
     nominal: Robot, parameters: Sequence[str], rows: Mapping[str, Sequence[Dataset]], seed: int
-) -> tuple[dict[str, tuple[Robot, Dataset, Dataset]], dict[str, float]]:
-    """In other worlds: what GA-DNN has to learn there, and the mean error [mm] that the process leaves.
+) -> tuple[dict[str, tuple[Robot, Dataset, Dataset]], dict[str, dict[str, float]]]:
+    """In other worlds: what GA-DNN has to learn there, and the mean errors [mm] that mlp and the process leave.
 
-    GA-DNN stands behind the paper's geometry and, `_same`, behind that of all rows, which the process has too.
+    GA-DNN stands behind the paper's geometry, as mlp does, and, `_same`, behind that of all rows, as the process.
 
     Args:
         nominal: What is identified.
@@ -97,9 +98,17 @@ def elsewhere(
     means = {}
     for world, (few, many, unseen) in rows.items():
         model, (process,) = with_process(nominal, many, seed)
-        others[world] = calibrate(nominal, few, parameters=parameters).model, many, unseen
+        chosen = calibrate(nominal, few, parameters=parameters).model
+        others[world] = chosen, many, unseen
         others[f"{world}_same"] = model, many, unseen
-        means[world] = lengths_mm(after(model, process, unseen))["mean"]
+        problem = problem_of(chosen, many, seed=seed)
+        with one_thread():
+            members = fit_mlp(problem, [np.arange(len(problem))] * ENSEMBLE, Options(seed=seed))
+        predicted = np.mean([member.displacement(chosen.inputs(unseen.q)) for member in members], axis=0)
+        means[world] = {
+            "mlp": lengths_mm(left(chosen, unseen) - predicted)["mean"],
+            "best": lengths_mm(after(model, process, unseen))["mean"],
+        }
     return others, means
 
 

@@ -5,6 +5,7 @@
 from fastcal.acceptance.acceptance import Acceptance, accept
 from fastcal.acceptance.judgement import LIMITS
 from fastcal.acceptance.path_figures import PathFigures, PathRun, path_figures
+from fastcal.acceptance.path_judgement import PathVerdict, judged_path
 from fastcal.acceptance.path_plan import PathPlan, plan_path
 from fastcal.acceptance.plan import AcceptancePlan, plan_acceptance
 
@@ -15,7 +16,9 @@ __all__ = [
     "PathFigures",
     "PathPlan",
     "PathRun",
+    "PathVerdict",
     "accept",
+    "judged_path",
     "path_figures",
     "plan_acceptance",
     "plan_path",

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fastcal.acceptance.figures import figures_of
-from fastcal.acceptance.judgement import CONFIDENCE, LIMITS, Judged, Verdict, judged, overall, parsed_limits
+from fastcal.acceptance.judgement import CONFIDENCE, LIMITS, UNITS, Judged, Verdict, judged, overall, parsed_limits
 from fastcal.acceptance.propagation import simulated_expanded, spreads_of, uncertainty_of
 from fastcal.acceptance.visits import Campaign, campaign, cycle_of
 from fastcal.acceptance.volume import Predicted, predicted_uncertainty
@@ -24,7 +24,6 @@ from fastcal.robot.se3 import inverse, rotation_to_rpy
 from fastcal.units import from_si
 
 DRAWS = 20_000
-_UNITS = {"m": "mm", "rad": "deg"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +89,7 @@ class Acceptance:
                 }
                 for s in self.campaign.stations
             ],
-            "figures": [_figure(each, drawn) for each, drawn in zip(self.figures, self.simulated, strict=True)],
+            "figures": [_entry(each, drawn) for each, drawn in zip(self.figures, self.simulated, strict=True)],
             "volume": None if self.predicted is None else _volume(self.predicted),
             "level": None if self.budget is None else self.budget.level,
             "notes": list(self.notes),
@@ -98,30 +97,10 @@ class Acceptance:
         }
 
 
-def _figure(each: Judged, drawn: float | None) -> dict[str, Any]:
-    """One entry of `figures`, in mm or degrees."""
-    unit = _UNITS[each.figure.unit]
-
-    def edge(value: float | None) -> float | None:
-        return None if value is None else float(from_si(value, unit))
-
-    return {
-        "symbol": each.figure.symbol,
-        "where": each.figure.where,
-        "unit": unit,
-        "value": edge(each.figure.value),
-        "standard": edge(each.uncertainty.standard),
-        "observed": edge(each.uncertainty.observed),
-        "degrees_of_freedom": each.uncertainty.freedom,
-        "coverage_factor": each.uncertainty.coverage_factor,
-        "expanded": edge(each.uncertainty.expanded),
-        "expanded_by_draws": edge(drawn),
-        "contributions": {name: edge(part) for name, part in each.uncertainty.parts},
-        "limit": edge(each.limit),
-        "guard": edge(each.guard),
-        "probability": each.probability,
-        "verdict": each.verdict,
-    }
+def _entry(each: Judged, drawn: float | None) -> dict[str, Any]:
+    """One entry of `figures`, its expanded uncertainty also by draws."""
+    by_draws = None if drawn is None else float(from_si(drawn, UNITS[each.figure.unit]))
+    return each.to_json_dict() | {"expanded_by_draws": by_draws}
 
 
 def _volume(found: Predicted) -> dict[str, Any]:

@@ -200,7 +200,7 @@ def _changes(
         if len(blocks) > 1:
             changes = [abs(of(block) - of(blocks[0])) for block in blocks]
             last = int(np.argmax(changes))
-            ends = [jackknife(of, blocks[0]), jackknife(of, blocks[last])]
+            ends = [float(jackknife(of, blocks[0])), float(jackknife(of, blocks[last]))]
             freedom = min(len(blocks[0]), len(blocks[last])) - 1
             pose = found.stations[k].pose
             out.append(Figure(symbol, pose, unit, changes[last], None, math.hypot(*ends), freedom))
@@ -210,11 +210,11 @@ def _changes(
 def _of_spread(
     symbol: str, where: str, of: Callable[[FloatArray], float], visits: FloatArray, unit: str = "m"
 ) -> Figure:
-    return Figure(symbol, where, unit, of(visits), None, jackknife(of, visits), len(visits) - 1)
+    return Figure(symbol, where, unit, of(visits), None, float(jackknife(of, visits)), len(visits) - 1)
 
 
-def jackknife(of: Callable[[FloatArray], float], visits: FloatArray) -> float:
-    """Standard uncertainty of a statistic of visits (n, ...)."""
+def jackknife(of: Callable[[FloatArray], float | FloatArray], visits: FloatArray) -> FloatArray:
+    """Standard uncertainty of a statistic of visits (n, ...), or (...) of several."""
     n = len(visits)
     left = np.array([of(np.delete(visits, j, axis=0)) for j in range(n)])
-    return float(np.sqrt((n - 1) / n * np.sum((left - left.mean()) ** 2)))
+    return np.asarray(np.sqrt((n - 1) / n * np.sum((left - left.mean(axis=0)) ** 2, axis=0)))

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from fastcal.acceptance.figures import Figure
 from fastcal.budget.evaluation import Uncertainty, quantile
 from fastcal.errors import InvalidInput
-from fastcal.units import to_si
+from fastcal.units import from_si, to_si
 
 CONFIDENCE = 0.95
 ALIKE = 0.999  # odds beyond this, or below its complement, are alike: a page shows no more of them
@@ -34,7 +34,16 @@ LIMITS: dict[str, tuple[str, ...]] = {
     "ap_deg": ("AP_rx", "AP_ry", "AP_rz"),
     "rp_deg": ("RP_rx", "RP_ry", "RP_rz"),
 }
-SIGNED = ("AD", *LIMITS["ap_deg"])
+PATH_LIMITS: dict[str, tuple[str, ...]] = {
+    "at_mm": ("AT",),
+    "rt_mm": ("RT",),
+    "cr_mm": ("CR",),
+    "co_mm": ("CO",),
+    "at_deg": ("AT_rx", "AT_ry", "AT_rz"),
+    "rt_deg": ("RT_rx", "RT_ry", "RT_rz"),
+}
+SIGNED = ("AD", *LIMITS["ap_deg"], *PATH_LIMITS["at_deg"])
+UNITS = {"m": "mm", "rad": "deg"}  # in which figures are written
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,20 +65,46 @@ class Judged:
     guard: float | None = None
     verdict: Verdict | None = None
 
+    def to_json_dict(self) -> dict[str, Any]:
+        """An entry of `figures`, in mm or degrees."""
+        unit = UNITS[self.figure.unit]
 
-def parsed_limits(given: Mapping[str, float]) -> dict[str, float]:
-    """Limits by symbol in SI.
+        def edge(value: float | None) -> float | None:
+            return None if value is None else float(from_si(value, unit))
+
+        return {
+            "symbol": self.figure.symbol,
+            "where": self.figure.where,
+            "unit": unit,
+            "value": edge(self.figure.value),
+            "standard": edge(self.uncertainty.standard),
+            "observed": edge(self.uncertainty.observed),
+            "degrees_of_freedom": self.uncertainty.freedom,
+            "coverage_factor": self.uncertainty.coverage_factor,
+            "expanded": edge(self.uncertainty.expanded),
+            "contributions": {name: edge(part) for name, part in self.uncertainty.parts},
+            "limit": edge(self.limit),
+            "guard": edge(self.guard),
+            "probability": self.probability,
+            "verdict": self.verdict,
+        }
+
+
+def parsed_limits(
+    given: Mapping[str, float], known: Mapping[str, tuple[str, ...]] = LIMITS
+) -> dict[str, float]:
+    """Limits by symbol in SI; `known` are the names there are.
 
     Raises:
         InvalidInput: An unknown name, or a limit that is not above 0.
     """
     out: dict[str, float] = {}
     for name, value in given.items():
-        if name not in LIMITS:
-            raise InvalidInput(f"unknown limit '{name}', expected one of {', '.join(LIMITS)}")
+        if name not in known:
+            raise InvalidInput(f"unknown limit '{name}', expected one of {', '.join(known)}")
         if not value > 0:
             raise InvalidInput(f"a limit must be above 0, got {name}={value:g}")
-        out |= dict.fromkeys(LIMITS[name], float(to_si(value, name.rpartition("_")[2])))
+        out |= dict.fromkeys(known[name], float(to_si(value, name.rpartition("_")[2])))
     return out
 
 

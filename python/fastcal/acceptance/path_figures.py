@@ -60,24 +60,47 @@ class PathFigures:
         length: Of the commanded path [m].
         along: (M,) length of the commanded path up to each plane [m].
         commanded: (M, 3) c_i [m].
-        mean: (M, 3) m_i [m].
-        accuracy: (M,) |m_i - c_i| [m]; its greatest is AT.
-        repeatability: (M,) mean l + 3 S(l) [m]; its greatest is RT.
-        turn_accuracy, turn_repeatability: (M, 3) of the turns about the tool's axes [rad]; None: not measured.
+        crossings: (n, M, 3) x_ij [m] of each run.
+        turns: (n, M, 3) from the commanded orientation, about the tool's axes [rad]; None: not measured.
         corners: One each.
-        runs: n.
     """
 
     length: float
     along: FloatArray
     commanded: FloatArray
-    mean: FloatArray
-    accuracy: FloatArray
-    repeatability: FloatArray
-    turn_accuracy: FloatArray | None
-    turn_repeatability: FloatArray | None
+    crossings: FloatArray
+    turns: FloatArray | None
     corners: tuple[CornerFigures, ...]
-    runs: int
+
+    @property
+    def runs(self) -> int:
+        """Their number n."""
+        return len(self.crossings)
+
+    @property
+    def mean(self) -> FloatArray:
+        """(M, 3) m_i [m]."""
+        return np.asarray(self.crossings.mean(axis=0))
+
+    @property
+    def accuracy(self) -> FloatArray:
+        """(M,) |m_i - c_i| [m]; its greatest is AT."""
+        return np.asarray(np.linalg.norm(self.mean - self.commanded, axis=1))
+
+    @property
+    def repeatability(self) -> FloatArray:
+        """(M,) mean l + 3 S(l) [m]; its greatest is RT."""
+        return repeatability(self.crossings)
+
+    @property
+    def turn_accuracy(self) -> FloatArray | None:
+        """(M, 3) sizes of the mean turns [rad]."""
+        return None if self.turns is None else np.abs(self.turns.mean(axis=0))
+
+    @property
+    def turn_repeatability(self) -> FloatArray | None:
+        """(M, 3) 3 S of the turns [rad]."""
+        return None if self.turns is None else np.asarray(3 * self.turns.std(axis=0, ddof=1))
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of path.json, in mm and degrees."""
@@ -135,30 +158,30 @@ def path_figures(
     line, along, commanded = _planes(corners, lengths, directions, planes)
     parts = [_lines_of(j, run, corners, lengths, directions) for j, run in enumerate(runs)]
     turned = rotation is not None and all(run.rotations is not None for run in runs)
-    x = np.empty((len(line), len(runs), 3))
+    x = np.empty((len(runs), len(line), 3))
     turns = np.empty_like(x)
     for j, (run, own) in enumerate(zip(runs, parts, strict=True)):
         for i, k in enumerate(line):
             at, share = _crossing(run.points[own[k]], commanded[i], directions[k], j, along[i])
             first, second = own[k].start + at, own[k].start + at + 1
-            x[i, j] = (1 - share) * run.points[first] + share * run.points[second]
+            x[j, i] = (1 - share) * run.points[first] + share * run.points[second]
             if turned and rotation is not None and run.rotations is not None:
                 two = turns_between(np.array([rotation, rotation]), run.rotations[[first, second]])
-                turns[i, j] = (1 - share) * two[0] + share * two[1]
-    mean = x.mean(axis=1)
-    size = np.linalg.norm(x - mean[:, np.newaxis], axis=2)
+                turns[j, i] = (1 - share) * two[0] + share * two[1]
     return PathFigures(
         length=float(lengths.sum()),
         along=along,
         commanded=commanded,
-        mean=mean,
-        accuracy=np.linalg.norm(mean - commanded, axis=1),
-        repeatability=size.mean(axis=1) + 3 * size.std(axis=1, ddof=1),
-        turn_accuracy=np.abs(turns.mean(axis=1)) if turned else None,
-        turn_repeatability=3 * turns.std(axis=1, ddof=1) if turned else None,
+        crossings=x,
+        turns=turns if turned else None,
         corners=_corners(corners, directions, runs, parts),
-        runs=len(runs),
     )
+
+
+def repeatability(x: FloatArray) -> FloatArray:
+    """(M,) mean l + 3 S(l) [m] of places x (n, M, 3), l their distances from their mean."""
+    size = np.linalg.norm(x - x.mean(axis=0), axis=2)
+    return np.asarray(size.mean(axis=0) + 3 * size.std(axis=0, ddof=1))
 
 
 def arc_length(points: FloatArray, move: float) -> tuple[FloatArray, NDArray[np.int64]]:

@@ -67,10 +67,11 @@ def accept(
         float, typer.Option(help="With --plan --path: how near a corner a line may be left; 0: the arm stops there.")
     ] = 0.0,
     tolerance_mm: Annotated[
-        float | None, typer.Option(metavar="T", help="Limit of AP, the accuracy of each pose.")
+        float | None, typer.Option(metavar="T", help="Limit of AP, the accuracy of each pose; with --path of AT.")
     ] = None,
     limit: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another limit, such as rp_mm=0.05; may be repeated.")
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Another limit, rp_mm=0.05, with --path rt_mm=0.1; may be repeated."),
     ] = None,
     budget: Annotated[
         Path | None, typer.Option(metavar="FILE", help="YAML: what is known of instrument and conditions.")
@@ -113,16 +114,17 @@ def accept(
             plan_path_test(robot, path, output, options | driven, placed)
         return
     if path is not None:
-        if targets or tolerance_mm or limit or budget:
-            raise InvalidInput("--path takes no --targets, --tolerance-mm, --limit or --budget: nothing is judged")
-        judge_path(robot, data or [], path, output, page_language, align=align == "fit")
-        return
-    if not data:
-        raise InvalidInput("expected DATA to judge, or --plan to write the program")
-    options = {"limits": _limits(limit or [], tolerance_mm), "align": align != "model", "who": who}
-    found = _judge(robot, data, output, targets, budget, options, page_language)
-    if found.verdict in ("fail", "cannot_tell"):
-        raise typer.Exit(FAILED if found.verdict == "fail" else CANNOT_TELL)
+        if targets or budget:
+            raise InvalidInput("--path takes no --targets or --budget: how sure its figures are, its runs show")
+        limits = _limits(limit or [], tolerance_mm, "at_mm")
+        verdict = judge_path(robot, data or [], path, output, page_language, align=align == "fit", limits=limits)
+    else:
+        if not data:
+            raise InvalidInput("expected DATA to judge, or --plan to write the program")
+        options = {"limits": _limits(limit or [], tolerance_mm, "ap_mm"), "align": align != "model", "who": who}
+        verdict = _judge(robot, data, output, targets, budget, options, page_language).verdict
+    if verdict in ("fail", "cannot_tell"):
+        raise typer.Exit(FAILED if verdict == "fail" else CANNOT_TELL)
 
 
 def _plan(robot: Robot, output: Path, options: dict[str, Any]) -> None:
@@ -196,8 +198,8 @@ def _judge(
     return found
 
 
-def _limits(given: list[str], tolerance_mm: float | None) -> dict[str, float]:
-    """NAME=VALUE as a dict, and the limit of AP."""
+def _limits(given: list[str], tolerance_mm: float | None, of_tolerance: str) -> dict[str, float]:
+    """NAME=VALUE as a dict, and the limit that --tolerance-mm gives."""
     from fastcal.errors import InvalidInput
 
     out: dict[str, float] = {}
@@ -207,7 +209,7 @@ def _limits(given: list[str], tolerance_mm: float | None) -> dict[str, float]:
             out[name.strip()] = float(value)
         except ValueError:
             raise InvalidInput(f"--limit takes NAME=VALUE such as rp_mm=0.05, got '{text}'") from None
-    return out if tolerance_mm is None else out | {"ap_mm": tolerance_mm}
+    return out if tolerance_mm is None else out | {of_tolerance: tolerance_mm}
 
 
 def _placed(centre_mm: str | None, edge_mm: float | None) -> dict[str, Any]:

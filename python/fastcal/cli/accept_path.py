@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Any
 from fastcal.cli.console import emit, say, warn
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from fastcal.acceptance import PathRun
+    from fastcal.acceptance.judgement import Verdict
     from fastcal.robot.robot import Robot
 
 
@@ -56,19 +59,31 @@ def _recorded(file: Path) -> PathRun:
             raise own from None
 
 
-def judge_path(robot: Robot, data: list[Path], corners: Path, output: Path, language: str, *, align: bool) -> None:
-    """Accuracy and repeatability of recorded paths."""
+def judge_path(
+    robot: Robot,
+    data: list[Path],
+    corners: Path,
+    output: Path,
+    language: str,
+    *,
+    align: bool,
+    limits: Mapping[str, float],
+) -> Verdict | None:
+    """Accuracy and repeatability of recorded paths, and whether they keep limits."""
     import numpy as np
 
-    from fastcal.acceptance import path_figures
+    from fastcal.acceptance import judged_path, path_figures
+    from fastcal.acceptance.judgement import PATH_LIMITS, parsed_limits
     from fastcal.acceptance.path_runs import aligned, runs_of
     from fastcal.io.folder import check_folder
     from fastcal.io.recorded_path import load_corners
+    from fastcal.report.acceptance_summary import path_verdict_lines
     from fastcal.report.language import _
     from fastcal.report.measured_path_report import FILES, write_measured_path
     from fastcal.units import from_si
 
     check_folder(output, FILES)
+    parsed_limits(limits, PATH_LIMITS)  # a wrong one is refused before the recordings are read
     commanded = load_corners(corners)
     turned = commanded.rotations
     kept = turned is not None and np.abs(turned - turned[0]).max() < 1e-9
@@ -77,8 +92,8 @@ def judge_path(robot: Robot, data: list[Path], corners: Path, output: Path, lang
     if align and len(runs) > 1:
         runs = aligned(runs, commanded.points, rotation)
     found = path_figures(commanded.points, runs, rotation=rotation)
-    write_measured_path(found, robot.name, output, language=language)
-    content = found.to_json_dict()
+    verdict = judged_path(found, limits)
+    content = write_measured_path(found, robot.name, output, verdict, language=language)
     at, rt = (float(content[name]) for name in ("AT_mm", "RT_mm"))
     say(_("{runs} runs: AT {at:.4f} mm, RT {rt:.4f} mm", runs=found.runs, at=at, rt=rt))
     for corner in found.corners:
@@ -90,5 +105,8 @@ def judge_path(robot: Robot, data: list[Path], corners: Path, output: Path, lang
             overshoot=overshoot,
         )
         say(text)
+    for line in path_verdict_lines(verdict):
+        say(line)
     say(str(output / "report.html"))
     emit(content)
+    return verdict.verdict

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 from fastcal.cli.console import emit, progress, say
-from fastcal.cli.options import DataFiles, OutFolder, RobotFile, Threads
+from fastcal.cli.options import DataFiles, OutFolder, PageLanguage, RobotFile, Threads
 
 FILES = ("model.yaml", "compliance.json", "report.html")
 
@@ -27,6 +27,7 @@ def compliance(
     level: Annotated[
         float, typer.Option(min=1e-4, max=0.5, help="A corner is taken where its chance without one is below.")
     ] = 0.01,
+    page_language: PageLanguage = "en",
     threads: Threads = 1,
 ) -> None:
     """Identify how far joints give under load.
@@ -43,6 +44,7 @@ def compliance(
     from fastcal.io.robot_file import load_robot
     from fastcal.measurements.dataset import Dataset
     from fastcal.report.compliance_report import compliance_page
+    from fastcal.report.language import _
 
     try:
         asked = [int(part) for part in joints.split(",")] if joints else None
@@ -58,9 +60,13 @@ def compliance(
     with atomic_folder(output, owned=FILES) as folder:
         found.pairs.model.save(folder / "model.yaml")
         write_json(folder / "compliance.json", content)
-        write_text(folder / "report.html", compliance_page(found, arm.name))
+        write_text(folder / "report.html", compliance_page(found, arm.name, page_language))
     for joint in content["joints"]:
         values = ", ".join(f"{name} {value['value']:.4g}" for name, value in joint["parameters"].items())
-        say(f"{joint['owner']}: {'a corner' if joint['corner'] else 'no corner'} (p {joint['p']:.2g}); {values}")
+        told = {"joint": joint["owner"], "p": joint["p"], "values": values}
+        if joint["corner"]:
+            say(_("{joint}: a corner (p {p:.2g}); {values}", **told))
+        else:
+            say(_("{joint}: no corner (p {p:.2g}); {values}", **told))
     say(str(output / "report.html"))
     emit(content)

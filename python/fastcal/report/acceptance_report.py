@@ -8,12 +8,12 @@ import os
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from fastcal.acceptance.judgement import CONFIDENCE, Judged, least_sure
+from fastcal.acceptance.judgement import CONFIDENCE, UNITS, Judged, least_sure
+from fastcal.acceptance.judgement import Verdict as Judgement
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.report import acceptance_figures, page
 from fastcal.report.acceptance_tables import (
-    UNITS,
     budget_table,
     figures_table,
     odds_text,
@@ -62,37 +62,46 @@ def acceptance_page(found: Acceptance, language: str = "en") -> str:
             scene=acceptance_figures.arm_in_space(found),
             method=_method(found),
             document=document_facts(found.made_by),
-            rule=_(
-                "U is the expanded uncertainty, k its coverage factor. A limit is kept where the true figure lies "
-                "within it with a probability P of at least {sure}, exceeded where P is at most {rest}; in between, "
-                "within the guard band g, the measurement cannot decide (ISO 14253-1, JCGM 106).",
-                sure=percent(CONFIDENCE),
-                rest=percent(1 - CONFIDENCE),
-            ),
+            rule=judgement_rule(),
         )
 
 
 def _verdict(found: Acceptance) -> Verdict:
+    judged = [each for each in found.figures if each.verdict is not None]
+    remarks = [Remark(judged_sentence(each), each.verdict != "pass", "figures") for each in least_sure(judged)]
+    remarks += [Remark(text, True, "method") for text in _cautions(found)]
+    return verdict_of(found.verdict, remarks)
+
+
+def verdict_of(verdict: Judgement | None, remarks: list[Remark]) -> Verdict:
+    """The box that says whether limits are kept."""
     word = {
         "pass": _("Pass"),
         "fail": _("Fail"),
         "cannot_tell": _("Cannot tell"),
         None: _("Not judged"),
-    }[found.verdict]
+    }[verdict]
     headline = {
         "pass": _("The arm keeps every limit that was set."),
         "fail": _("The arm is out of a limit."),
         "cannot_tell": _("The measurement cannot decide whether the arm keeps its limits."),
         None: _("No limit was given, so there is no verdict."),
-    }[found.verdict]
-    judged = [each for each in found.figures if each.verdict is not None]
-    remarks = [Remark(_judged_sentence(each), each.verdict != "pass", "figures") for each in least_sure(judged)]
-    remarks += [Remark(text, True, "method") for text in _cautions(found)]
-    return Verdict(_TONES[found.verdict], word, headline, remarks)
+    }[verdict]
+    return Verdict(_TONES[verdict], word, headline, remarks)
 
 
-def _judged_sentence(each: Judged) -> str:
+def judged_sentence(each: Judged) -> str:
+    """A figure beside its limit."""
     value, expanded, limit = shown(each)
+    if each.uncertainty.standard == 0:
+        return _(
+            "{symbol} at {where}: {value} {unit}, limit {limit} {unit}.",
+            symbol=each.figure.symbol,
+            where=each.figure.where,
+            value=value,
+            limit=limit,
+            unit=_SHOWN[UNITS[each.figure.unit]],
+        )
     return _(
         "{symbol} at {where}: {value} ± {expanded} {unit}, limit {limit} {unit}; kept with a probability of {odds}.",
         symbol=each.figure.symbol,
@@ -105,11 +114,25 @@ def _judged_sentence(each: Judged) -> str:
     )
 
 
+def missing_sentence(name: str) -> str:
+    """A limit that no figure shows."""
+    return _("A limit is given for {name}, and nothing was measured that shows it.", name=name)
+
+
+def judgement_rule() -> str:
+    """How a figure is held against its limit."""
+    return _(
+        "U is the expanded uncertainty, k its coverage factor. A limit is kept where the true figure lies within it "
+        "with a probability P of at least {sure}, exceeded where P is at most {rest}; in between, within the guard "
+        "band g, the measurement cannot decide (ISO 14253-1, JCGM 106).",
+        sure=percent(CONFIDENCE),
+        rest=percent(1 - CONFIDENCE),
+    )
+
+
 def _cautions(found: Acceptance) -> list[str]:
     """The notes of the test in the language of the page."""
-    out = [
-        _("A limit is given for {name}, and nothing was measured that shows it.", name=name) for name in found.missing
-    ]
+    out = [missing_sentence(name) for name in found.missing]
     if found.budget is None:
         out.append(_("No budget was given: the uncertainties hold the scatter of the visits alone."))
     if not found.is_iso_9283:

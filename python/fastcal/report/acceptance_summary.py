@@ -6,12 +6,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fastcal.acceptance.judgement import UNITS
 from fastcal.report.language import _
 from fastcal.said import said
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
-    from fastcal.acceptance import Acceptance
+    from fastcal.acceptance import Acceptance, PathVerdict
 
 _VERDICTS = {
     "": said("not judged"),
@@ -57,3 +58,27 @@ def acceptance_lines(found: Acceptance, source: str) -> list[str]:
                 )
             )
     return lines
+
+
+def path_verdict_lines(found: PathVerdict) -> list[str]:
+    """What follows from a path's limits, a line each figure; nothing without limits."""
+    if found.verdict is None:
+        return []
+    lines = [_("limits of the path: {verdict}", verdict=_VERDICTS[found.verdict])]
+    for each in found.figures:
+        unit = UNITS[each.figure.unit]
+        value, expanded, limit = (
+            float(from_si(v, unit)) for v in (abs(each.figure.value), each.uncertainty.expanded, each.limit or 0.0)
+        )
+        text = _(
+            "{symbol}: {value:.4f} {unit} at {where}, +- {expanded:.4f} {unit}, limit {limit:g} {unit}: {verdict}",
+            symbol=each.figure.symbol,
+            value=value,
+            unit=unit,
+            where=each.figure.where,
+            expanded=expanded,
+            limit=limit,
+            verdict=_VERDICTS[each.verdict or ""],
+        )
+        lines.append(text)
+    return lines + [_("{name}: nothing was measured that shows it", name=name) for name in found.missing]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fastcal.acceptance.judgement import ALIKE
+from fastcal.acceptance.judgement import ALIKE, UNITS
 from fastcal.report.formatting import fixed, percent, significant, with_uncertainty
 from fastcal.report.language import _, decimal_sign
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from fastcal.acceptance import Acceptance
     from fastcal.acceptance.judgement import Judged
 
-UNITS = {"m": "mm", "rad": "deg"}  # in which the figures are written
 _IN_POSES = ("AP_x", "AP_y", "AP_z")  # they stand in the table of the poses
 _LEAST_MM = 1e-7  # what rounding leaves of a contribution that an alignment takes away
 

@@ -114,6 +114,41 @@ def test_from_the_program_to_the_figures_of_one_stream(
     assert [corner["corner"] for corner in found["corners"]] == [2, 3]
 
 
+def test_limits_of_a_path_end_in_the_exit_codes_of_an_acceptance_test(
+    cell: tuple[Path, np.ndarray, np.ndarray], tmp_path: Path, fastcal: Callable[..., Any]
+) -> None:
+    """AT is some tenths of a mm, sure within microns; its scatter decides where a limit lies between pass and fail."""
+    folder, _, sent = cell
+    stream = csv(sent, tmp_path / "stream.csv")
+    line = ("accept", folder / "arm.yaml", stream, "--path", folder / "corners.csv", "-o", tmp_path / "out")
+    assert fastcal(*line).code == 0
+    measured = json.loads((tmp_path / "out" / "path.json").read_text())
+    assert (measured["verdict"], measured["figures"]) == (None, [])
+    at, rt = measured["AT_mm"], measured["RT_mm"]
+    for limits, code, verdict in (
+        (("--tolerance-mm", 1.1 * at, "--limit", f"rt_mm={4 * rt}"), 0, "pass"),
+        (("--tolerance-mm", 0.9 * at, "--limit", f"rt_mm={4 * rt}"), 4, "fail"),
+        (("--tolerance-mm", at), 3, "cannot_tell"),
+        (("--limit", f"rt_mm={rt / 4}"), 4, "fail"),
+        (("--limit", "at_deg=1"), 3, "cannot_tell"),
+    ):
+        said = fastcal(*line, *limits)
+        assert said.code == code, said.err
+        found = json.loads((tmp_path / "out" / "path.json").read_text())
+        assert found["verdict"] == verdict
+        assert found["AT_mm"] == at
+        page = (tmp_path / "out" / "report.html").read_text()
+        assert {"pass": "keeps every limit", "fail": "out of a limit", "cannot_tell": "cannot decide"}[verdict] in page
+    said = fastcal(*line, "--tolerance-mm", 0.9 * at, "--page-language", "de")
+    assert said.code == 4
+    assert "Grenzen der Bahn: nicht bestanden" in said.out
+    assert "mm der Bahn" in (tmp_path / "out" / "report.html").read_text()
+    for wrong in (("--limit", "ap_mm=1"), ("--budget", stream), ("--limit", "rt_mm=0")):
+        before = (tmp_path / "out" / "path.json").read_bytes()
+        assert fastcal(*line, *wrong).code == 2
+        assert (tmp_path / "out" / "path.json").read_bytes() == before
+
+
 def test_an_instruments_export_is_a_recording_too(
     cell: tuple[Path, np.ndarray, np.ndarray], tmp_path: Path, fastcal: Callable[..., Any]
 ) -> None:

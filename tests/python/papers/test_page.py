@@ -14,7 +14,7 @@ import pytest
 import fastcal
 from fastcal.cli import main
 from fastcal_studies import NAMES, load_study, run_study
-from fastcal_studies.exhibits import Absent, Chart, Headline, Page, Section, Series, Spread, Table, spread
+from fastcal_studies.exhibits import Absent, Chart, Headline, Page, Section, Series, Spread, Table, spread, worlds_won
 from fastcal_studies.page import paper_page
 
 
@@ -48,6 +48,15 @@ def made_up() -> dict[str, Any]:
     content["headlines"][0] |= {"reached": headline.reached, "bettered": headline.bettered}
     paper = {"name": "made_up", "robot": "arm", "reference": "Somebody, 2020", "arm": ["Chosen."]}
     return {"paper": paper, "arms": 3, "full": False, **content, "runs": []}
+
+
+def test_a_lead_is_counted_by_the_medians_of_each_world() -> None:
+    arms = [(1.0, 2.0), (3.0, 2.5), (1.5, 2.0)]  # medians 1.5 and 2.0; in the third world the other way round
+    runs = [
+        {"worlds": {"joints": {"a": a, "b": b}, "point": {"a": a, "b": b}, "links": {"a": b, "b": a}}} for a, b in arms
+    ]
+    assert worlds_won(runs, "a", "b") == "2 of 3 worlds"
+    assert worlds_won(runs, "a", "a") == "0 of 3 worlds"
 
 
 def test_the_page_says_where_the_method_falls_behind_and_what_is_not_shown() -> None:

@@ -26,6 +26,12 @@ def test_the_arm_is_as_far_off_as_the_paper_s_before_calibration(
     assert squares["rms"] < printed["rms"]
     assert squares["rank"] == 27
     assert run["jump"] == {"owner": "joint1<-joint2", "deg": pytest.approx(-72, abs=1), "right": 1.0}
+    assert run["hidden"]["joint2 a_mm"] == 270.017  # table 4, under its own heading
+    assert run["hidden"].keys() == {name for name in run["identified"] if name.startswith("joint")}
+    for name, entry in run["yields"].items():
+        assert entry["found"] == pytest.approx(entry["hidden"], rel=0.5), name
+    gap = run["yields"]["joint1<-joint2 gap_rad"]
+    assert gap["found"] == pytest.approx(gap["hidden"], rel=0.05)
     noise = 2e-2 * 3**0.5  # mm
     assert 0.9 * noise < run["kinematic"]["slack"]["rms"] < 1.5 * noise < squares["rms"]
     assert run["split_slack"]["others"]["mean"] < 1.5 * noise < run["split"]["others"]["mean"]

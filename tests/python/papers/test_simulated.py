@@ -10,7 +10,7 @@ import pytest
 
 import fastcal
 from fastcal_studies.searches import Counted, bee_colony, genetic, particle_swarm
-from fastcal_studies.simulated import WORLDS, Unmodelled, in_world, joint_torques, left, measure
+from fastcal_studies.simulated import WORLDS, Unmodelled, in_world, joint_torques, left, measure, row_numbers
 
 
 def test_waves_have_their_size_and_grow_with_the_load() -> None:
@@ -49,6 +49,12 @@ def test_torques_are_those_of_a_lever() -> None:
     com = robot.forward(data.q)[0] @ [*(np.array([60 - 120, -40, 200 - 250]) / 1e3), 1]
     lever = np.hypot(*com[:2]) - 0.5
     assert abs(joint_torques(robot, data)[0, 1]) == pytest.approx(100 * 9.80665 * lever, rel=1e-6)
+
+
+def test_hidden_numbers_of_rows_are_those_of_the_file() -> None:
+    robot = fastcal.load_robot("pmc6va030")
+    found = row_numbers(robot, ["joint2 a_mm", "joint2 beta_deg", "tool x_mm", "base z_mm"])
+    assert found == {"joint2 a_mm": robot.spec["joints"][1]["a_mm"], "joint2 beta_deg": 0.0}
 
 
 def test_left_is_measured_less_predicted_in_the_base() -> None:

@@ -158,7 +158,8 @@ def accept_path(folder: Path) -> Path:
         files[-1].write_text("x_mm,y_mm,z_mm\n" + "".join("{:.4f},{:.4f},{:.4f}\n".format(*row) for row in points))
     run("demo", "-o", folder / "demo")
     driven = ("--path", folder / "corners.csv")
-    run("accept", folder / "demo" / "model.yaml", *files, *driven, "-o", folder / "out")
+    limits = ("--tolerance-mm", "0.2", "--limit", "rt_mm=0.1", "--limit", "co_mm=1", "--limit", "at_deg=0.1")
+    run("accept", folder / "demo" / "model.yaml", *files, *driven, *limits, "-o", folder / "out")
     return folder / "out" / "report.html"
 
 

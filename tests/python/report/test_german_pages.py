@@ -40,6 +40,8 @@ def english(page: str) -> list[str]:
         "calibrate_two_stations",
         "diagnose_few",
         "check_collision",
+        "compliance_of_loads",
+        "accept_path",
     ],
 )
 def test_a_page_of_german_has_no_english(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
