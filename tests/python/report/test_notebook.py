@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -66,6 +67,16 @@ def test_html_is_escaped_and_not_long(hidden_backlash, result: CalibrationResult
         assert len(shown._repr_html_()) < 12_000
     named = fastcal.load_robot(hidden_backlash.robot.spec | {"name": "<script>x</script>"})
     assert "<script>" not in named._repr_html_()
+
+
+def test_without_plotly_a_chart_says_what_brings_it(result: CalibrationResult, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.split(".")[0] == "plotly"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delitem(sys.modules, "fastcal.report.plotly_figures", raising=False)
+    monkeypatch.setitem(sys.modules, "plotly", None)
+    assert "mm" in result._repr_html_()  # what needs no chart is there
+    with pytest.raises(fastcal.InvalidInput, match=r"needs the package plotly: pip install 'fastcal\[notebook\]'"):
+        result.plot_errors()
 
 
 @pytest.mark.parametrize("kind", ["errors", "histogram", "residuals", "workspace", "arm", "noise"])
