@@ -112,13 +112,6 @@ def left(model: Robot, data: Dataset) -> FloatArray:
     return -evaluate(model, data).error_after @ pose(model.spec["base"])[:3, :3]
 
 
-def joint_torques(robot: Robot, data: Dataset) -> FloatArray:
-    """(N, n) moments of all weights about each joint's own axis at equilibrium [N m]."""
-    model = robot.error_model
-    loads = np.asarray(model.loads(robot.samples(data), model.start))
-    return loads[:, 1:-1:2, 5]
-
-
 def row_numbers(robot: Robot, names: Iterable[str]) -> dict[str, float]:
     """The numbers of a robot's rows among `names`, "joint2 a_mm" [mm, deg]; those of base and tool are left out."""
     out = {}

@@ -29,7 +29,7 @@ InstructionSet widest() {
   if (__get_cpuid(1, &eax, &ebx, &ecx, &edx) == 0) return InstructionSet::kBaseline;
   if ((ecx & kFma) == 0 || (ecx & kSystemSavesVectors) == 0) return InstructionSet::kBaseline;
   unsigned saved = 0;
-  __asm__("xgetbv" : "=a"(saved), "=d"(edx) : "c"(0));  // NOLINT(hicpp-no-assembler): an intrinsic needs -mxsave
+  __asm__("xgetbv" : "=a"(saved), "=d"(edx) : "c"(0));  // an intrinsic would need -mxsave
   if (__get_cpuid_count(7, 0, &eax, &ebx, &ecx, &edx) == 0) return InstructionSet::kBaseline;
   if ((ebx & kAvx512) == kAvx512 && (saved & kSaved512) == kSaved512) return InstructionSet::kAvx512;
   if ((ebx & kAvx2) != 0 && (saved & kSaved256) == kSaved256) return InstructionSet::kAvx2;

@@ -8,7 +8,6 @@ rigid fit is the board's pose in the camera: with the joints what a hand-eye cal
 
 from __future__ import annotations
 
-import mmap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -41,7 +40,7 @@ def read_calibration_data(files: Sequence[Path], robot: Robot | None) -> PosePai
     Raises:
         ParseError: There is no arm to read it with, a joint of it is not in the bag, or no points that show a board.
     """
-    if len(files) != 1 or files[0].suffix.lower() not in (".bag", ".mcap", ".db3"):
+    if len(files) != 1 or files[0].suffix.lower() not in _BAGS:
         return None
     path = str(files[0])
     samples: list[_Sample] = call(
@@ -75,17 +74,6 @@ def read_calibration_data(files: Sequence[Path], robot: Robot | None) -> PosePai
         frames_of(robot, counts, "arm"), np.array(seen), None, "robot_calibration's data", notes, joints=counts
     )
     return agreeing(found, files)
-
-
-def _may_hold(path: Path) -> bool:
-    """Does a bag, or one of a folder's, name the type of the messages?"""
-    files = sorted(path.iterdir()) if path.is_dir() else [path]
-    for file in files:
-        if file.suffix.lower() in _BAGS and file.is_file() and file.stat().st_size:
-            with file.open("rb") as opened, mmap.mmap(opened.fileno(), 0, access=mmap.ACCESS_READ) as content:
-                if content.find(b"CalibrationData") >= 0:
-                    return True
-    return False
 
 
 def _read(path: str) -> list[_Sample]:

@@ -184,10 +184,6 @@ class Dataset(Shown):
         """(N, 3) measured points [m], NaN where none was measured."""
         return np.full((len(self), 3), np.nan) if self.position is None else self.position
 
-    def without_points(self) -> Dataset:
-        """The same without measured points."""
-        return replace(self, position=None)
-
     def with_tracker(self, sigma_range: float, sigma_angle: float, instrument: ArrayLike = (0.0, 0.0, 0.0)) -> Dataset:
         """The same, as a tracker measured it that is surer along its beam than across it.
 

@@ -3,6 +3,7 @@
 """Networks trained on poses correct the pose: point and turn on poses that they have not seen, and in commands."""
 
 import json
+import runpy
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,46 +18,25 @@ from fastcal.errors import InvalidInput
 from fastcal.io.measurements_out import write_measurements
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
 
 pytest.importorskip("torch")
 from fastcal.networks import TrainingResult, train
 from fastcal.networks.problem import problem_of, residuals_of
 
-NOISE, NOISE_TURN = 2e-5, 5e-5
+BENCH = runpy.run_path(str(Path(__file__).parents[3] / "bench" / "python" / "bench_orientation.py"))
+NOISE, NOISE_TURN = BENCH["NOISE"], BENCH["NOISE_TURN"]
+mean_errors = BENCH["on_poses"]
 
 
 def with_waves(arm: Robot, seed: int) -> Robot:
-    """Two to four cycles of error in every joint, which the model knows nothing of."""
-    random = np.random.default_rng(seed)
-    waves = [
-        {
-            "effect": "gear_harmonic",
-            "owner": f"joint{joint}",
-            "order": int(random.integers(2, 5)),
-            "parameters": {
-                "amplitude_rad": {"value": float(random.uniform(2e-4, 6e-4))},
-                "phase_rad": {"value": float(random.uniform(0, 2 * np.pi))},
-            },
-        }
-        for joint in range(1, arm.joint_count + 1)
-    ]
-    return Robot(arm.spec | {"effects": waves})
+    """Which the model knows nothing of."""
+    return BENCH["with_waves"](arm, np.random.default_rng(seed))
 
 
 def measured(true: Robot, count: int, seed: int) -> Dataset:
     random = np.random.default_rng(seed)
     q = random.uniform(np.maximum(true.limits[:, 0], -1.5), np.minimum(true.limits[:, 1], 1.5), (count, 6))
     return fastcal.simulate(true, q, noise=NOISE, noise_rotation=NOISE_TURN, seed=seed)
-
-
-def mean_errors(model: Robot, data: Dataset) -> tuple[float, float]:
-    """Of points [mm] and of orientations [deg]."""
-    left = residuals_of(model, data, model.poses(data))
-    return (
-        from_si(float(np.linalg.norm(left[:, :3], axis=1).mean()), "mm"),
-        from_si(float(np.linalg.norm(left[:, 3:], axis=1).mean()), "deg"),
-    )
 
 
 @pytest.fixture(scope="module")
