@@ -3,6 +3,7 @@
 """How often `diagnose` is right: thousands of simulated sets whose cause is known, over arms that carry 6 to 500 kg.
 
     python bench/python/bench_diagnosis.py [--sets N] [--first K] [--jobs N] [--seed S] [--minutes M] [--out FILE]
+    python bench/python/bench_diagnosis.py ... --out FILE --go-on        sets that FILE holds already are not made again
     python bench/python/bench_diagnosis.py --world wide ...         over all that files differ in: diagnosis_worlds.py
     python bench/python/bench_diagnosis.py --cluster ADDRESS ...    its workers have this folder on PYTHONPATH
     python bench/python/bench_diagnosis.py --render bench/python/bench_diagnosis.json > docs/diagnosis-performance.md
@@ -39,6 +40,7 @@ from fastcal.calibration.processes import workers
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.memory import without_memory
+from fastcal.io.atomic import write_text
 
 SNR = (3.0, 60.0)
 
@@ -182,7 +184,8 @@ def main() -> None:
     parser.add_argument("--world", choices=("usual", "wide"), default="usual")
     parser.add_argument("--only", choices=sorted({*KINDS, *WIDE_KINDS}))
     parser.add_argument("--out", type=Path, help="the records, as JSON")
-    parser.add_argument("--minutes", type=float, help="begin no set after so many; --first goes on where a run ended")
+    parser.add_argument("--minutes", type=float, help="begin no set after so many; --go-on makes the others")
+    parser.add_argument("--go-on", action="store_true", help="--out holds records of this seed and world: keep them")
     parser.add_argument("--quiet", action="store_true", help="no line a set")
     parser.add_argument("--render", type=Path, nargs="+", help="prints the page of records that --out wrote")
     options = parser.parse_args()
@@ -190,8 +193,8 @@ def main() -> None:
         print(_page(_read(options.render)), end="")
         return
     of_world, line = (tried, _line) if options.world == "usual" else (wide_tried, wide_line)
-    numbers = range(options.first, options.first + options.sets)
-    records: list[Any] = []
+    records = _read([options.out]) if options.go_on and options.out and options.out.exists() else []
+    numbers = still_to_make(records, range(options.first, options.first + options.sets))
     began = time.monotonic()
     with workers(options.jobs, options.cluster) as side_by_side:
         for result in side_by_side.results(partial(of_world, seed=options.seed, only=options.only), numbers):
@@ -199,13 +202,19 @@ def main() -> None:
                 records.append(result)
             if not options.quiet or isinstance(result, str):
                 print(result if isinstance(result, str) else line(result), flush=True)
-            if options.out and records and len(records) % 20 == 0:  # a cut run keeps what it has
+            if options.out and not isinstance(result, str):  # a cut run keeps what it has
                 _write(options.out, records)
             if options.minutes and time.monotonic() - began > 60 * options.minutes:
                 break
     if options.out:
         _write(options.out, records)
     print(_page(records))
+
+
+def still_to_make(records: Sequence[Any], numbers: Sequence[int]) -> list[int]:
+    """Numbers of the sets of which there is no record."""
+    made = {of.number for of in records}
+    return [number for number in numbers if number not in made]
 
 
 def _read(paths: Sequence[Path]) -> list[Any]:
@@ -222,8 +231,9 @@ def _page(records: Sequence[Any]) -> str:
 
 
 def _write(path: Path, records: Sequence[Any]) -> None:
-    lines = ",\n".join(json.dumps(asdict(r), separators=(",", ":")) for r in records)
-    path.write_text(f"[\n{lines}\n]\n", encoding="utf-8")
+    ordered = sorted(records, key=lambda of: of.number)
+    lines = ",\n".join(json.dumps(asdict(r), separators=(",", ":")) for r in ordered)
+    write_text(path, f"[\n{lines}\n]\n")
 
 
 def _line(r: Record) -> str:

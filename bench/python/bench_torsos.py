@@ -43,20 +43,25 @@ TORSO = [([0, 0, 70], [0, 0, 1], (-70, 70), 3.0, [0, 0, 50]), ([0, 0, 100], [0, 
 HEAD = [([20, 0, 320], [0, 1, 0], (-10, 40), 0.6, [0, 0, 20]), ([0, 0, 20], [0, 0, 1], (-70, 70), 1.4, [10, 0, 150])]
 
 
-def torso(random: np.random.Generator) -> Robot:
-    """Joints 1 and 2 the torso, 3 to 9 the right arm, 10 and 11 the head, 12 to 18 the left arm with the tool."""
-    longer = random.uniform(0.85, 1.2)
+def torso(random: np.random.Generator | None = None) -> Robot:
+    """Joints 1 and 2 the torso, 3 to 9 the right arm, 10 and 11 the head, 12 to 18 the left arm with the tool.
+
+    One as drawn, else as the tables above have it.
+    """
+    longer = 1.0 if random is None else random.uniform(0.85, 1.2)
     joints = []
     for branch, parts in (("torso", TORSO), ("right", ARM), ("head", HEAD), ("left", ARM)):
         for k, (xyz, axis, limits, mass, com) in enumerate(parts, start=1):
             side = -1.0 if branch == "right" else 1.0
             low, high = (-limits[1], -limits[0]) if branch == "right" and axis == [1, 0, 0] else limits
-            place, centre = longer * np.array(xyz, dtype=float), np.array(com, dtype=float) + random.normal(0, 20, 3)
+            place, centre = longer * np.array(xyz, dtype=float), np.array(com, dtype=float)
+            centre += 0.0 if random is None else random.normal(0, 20, 3)
             place[1] *= side
             centre[1] *= side
             joint: dict[str, Any] = {"name": f"{branch}_{k}", "type": "revolute", "axis": axis}
             joint |= {"origin": {"xyz_mm": place.tolist(), "rpy_deg": [0, 0, 0]}, "min_deg": low, "max_deg": high}
-            joint["link"] = {"mass_kg": float(mass * np.exp(random.normal(0, 0.25))), "com_mm": centre.tolist()}
+            heavier = 1.0 if random is None else float(np.exp(random.normal(0, 0.25)))
+            joint["link"] = {"mass_kg": mass * heavier, "com_mm": centre.tolist()}
             if k == 1 and branch != "torso":
                 joint["on"] = "link2"
             joints.append(joint)

@@ -53,6 +53,13 @@ def test_the_clock_notes_output_and_cpu_time_and_passes_the_status_on(tmp_path: 
     assert 0.2 <= seconds < 2
 
 
+def test_a_run_that_was_stopped_goes_on_in_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "asan").mkdir()
+    (tmp_path / "asan" / "build.ninja").write_text("", encoding="utf-8")
+    assert BENCH["configured"]("tests", tmp_path, tmp_path / "clock", sys.executable) == tmp_path / "asan"
+    assert [path.name for path in (tmp_path / "asan").iterdir()] == ["build.ninja"], "not configured again"
+
+
 DECOMPOSITION = re.compile(r"(\w*(?:QR|SVD|LU|LLT|LDLT|EigenSolver))<(?:Eigen::)?MatrixXd")
 
 

@@ -5,14 +5,34 @@
 #include <cstdlib>
 #include <cstring>
 
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
 namespace fastcal::kernels {
 namespace {
 
+// By CPUID and XGETBV (Intel's manual, volume 1, sections 14.3, 14.7.1 and 15.2), since __builtin_cpu_supports needs a
+// runtime that clang-cl does not link, and which says no to everything where zig brings it.
 InstructionSet widest() {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-    return InstructionSet::kAvx512;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return InstructionSet::kAvx2;
+  constexpr unsigned kFma = 1U << 12U;
+  constexpr unsigned kSystemSavesVectors = 1U << 27U;
+  constexpr unsigned kAvx2 = 1U << 5U;
+  constexpr unsigned kAvx512 = 1U << 16U | 1U << 17U | 1U << 31U;  // F, DQ, VL
+  constexpr unsigned kSaved256 = 0x06;                             // of XCR0: xmm and upper halves of ymm
+  constexpr unsigned kSaved512 = 0xE6;                             // and masks, upper halves of zmm, zmm16 to zmm31
+  unsigned eax = 0;
+  unsigned ebx = 0;
+  unsigned ecx = 0;
+  unsigned edx = 0;
+  if (__get_cpuid(1, &eax, &ebx, &ecx, &edx) == 0) return InstructionSet::kBaseline;
+  if ((ecx & kFma) == 0 || (ecx & kSystemSavesVectors) == 0) return InstructionSet::kBaseline;
+  unsigned saved = 0;
+  __asm__("xgetbv" : "=a"(saved), "=d"(edx) : "c"(0));  // NOLINT(hicpp-no-assembler): an intrinsic needs -mxsave
+  if (__get_cpuid_count(7, 0, &eax, &ebx, &ecx, &edx) == 0) return InstructionSet::kBaseline;
+  if ((ebx & kAvx512) == kAvx512 && (saved & kSaved512) == kSaved512) return InstructionSet::kAvx512;
+  if ((ebx & kAvx2) != 0 && (saved & kSaved256) == kSaved256) return InstructionSet::kAvx2;
 #endif
   return InstructionSet::kBaseline;
 }

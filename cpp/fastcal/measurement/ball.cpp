@@ -6,10 +6,11 @@
 //   identified. R is that of the ball and the touching tip together.
 // Start: |p|^2 = 2 p . c + (R^2 - |c|^2) is linear in [c, R^2 - |c|^2].
 // What a ball leaves open: where the arm is and how it is turned, and the common scale of all lengths.
+#include <algorithm>
 #include <cmath>
 
 #include "fastcal/math/decompositions.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/by_label.hpp"
 
 namespace fastcal {
 namespace {
@@ -17,38 +18,22 @@ namespace {
 constexpr int kFewest = 5;
 constexpr double kFlat = 1e-6;  // of the largest singular value: touches on one circle fix no sphere
 
-class Ball : public Observation {
+class Ball : public ByLabel {
  public:
   Ball(Labels balls, Eigen::VectorXd sigma, int frame)
-      : balls_(std::move(balls)), sigma_(std::move(sigma)), frame_(frame) {
-    for (const std::string& label : balls_.names) {
-      for (const char* axis : {"x", "y", "z"})
-        parameters_.push_back({"ball " + label, axis, "m", 1e-3, "centre of the ball in the measuring frame"});
-      parameters_.push_back({"ball " + label, "radius", "m", 1e-3, "of the ball and the tip that touches it"});
-    }
+      : ByLabel("ball", "distance", std::move(balls), std::move(sigma), frame) {
+    for (const char* axis : {"x", "y", "z"})
+      add_unknown("ball", axis, "m", "centre of the ball in the measuring frame");
+    add_unknown("ball", "radius", "m", "of the ball and the tip that touches it");
   }
 
-  std::string name() const override { return "ball"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"distance"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
   bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
-    if (balls_.codes[row] < 0) return;
-    out.first_unknown = 4 * balls_.codes[row];
-    out.unknown_count = 4;
-    const double* own = unknowns + out.first_unknown;
+    const double* own = unknowns_of(row, unknowns, out);
+    if (own == nullptr) return;
     const Eigen::Vector3d line = sights[0].p - Eigen::Map<const Eigen::Vector3d>(own);
     const double distance = line.norm();
-    out.present[0] = true;
     out.r[0] = distance - own[3];
     // A point at the centre has a derivative of length 1 too.
     const Eigen::Vector3d along = distance > 0 ? (line / distance).eval() : Eigen::Vector3d::UnitX();
@@ -58,56 +43,29 @@ class Ball : public Observation {
   }
 
   std::string start(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const override {
-    for (std::size_t b = 0; b < balls_.names.size(); ++b) {
-      std::vector<Eigen::Vector3d> points;
-      Eigen::Vector3d center = Eigen::Vector3d::Zero();
-      for (Eigen::Index i = 0; i < balls_.codes.size(); ++i) {
-        if (balls_.codes[i] != static_cast<int>(b)) continue;
-        points.push_back(sights[static_cast<std::size_t>(i)][0].p);
-        center += points.back();
-      }
-      if (points.size() < kFewest) return "each ball needs at least five touches";
-      center /= static_cast<double>(points.size());
-      Eigen::MatrixXd D(points.size(), 4);
-      Eigen::VectorXd y(points.size());
-      for (std::size_t k = 0; k < points.size(); ++k) {  // from their mean: else a far ball's square drowns its radius
-        const Eigen::Vector3d p = points[k] - center;
-        D.row(static_cast<Eigen::Index>(k)) << 2 * p.transpose(), 1;
-        y[static_cast<Eigen::Index>(k)] = p.squaredNorm();
-      }
+    for (std::size_t b = 0; b < label_count(); ++b) {
+      const Places touched(sights, rows_of(b));
+      if (touched.points.cols() < kFewest) return "each ball needs at least five touches";
+      const Eigen::Matrix3Xd p = touched.spread();  // else a far ball's square drowns its radius
+      Eigen::MatrixXd D(p.cols(), 4);
+      D << 2 * p.transpose(), Eigen::VectorXd::Ones(p.cols());
+      const Eigen::VectorXd y = p.colwise().squaredNorm().transpose();
       const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(D);
       if (!(std::abs(qr.matrixR()(3, 3)) > kFlat * std::abs(qr.matrixR()(0, 0))))
-        return "touches of ball " + balls_.names[b] + " lie on one circle; touch it from above and from all sides";
+        return "touches of ball " + label(b) + " lie on one circle; touch it from above and from all sides";
       const Eigen::VectorXd found = solve(qr, y);
       const Eigen::Vector3d own = found.head<3>();
-      unknowns.segment<4>(static_cast<Eigen::Index>(4 * b)) << center + own,
+      unknowns.segment<4>(static_cast<Eigen::Index>(4 * b)) << touched.center + own,
           std::sqrt(std::max(0.0, found[3] + own.squaredNorm()));
     }
     return "";
   }
-
- private:
-  Labels balls_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 }  // namespace
 
-FASTCAL_REGISTER_OBSERVATION(
-    "ball",
-    {.plural = "touches of a ball",
-     .fields = {{"ball", FieldRole::kLabel, {"ball"}, "", ""},
-                {"sigma_position", FieldRole::kSigma, {"sigma_x", "sigma_y", "sigma_z"}, "length", "mm"}},
-     .note = "the points of each label in column 'ball' lie on one unknown sphere",
-     .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
-       const Labels* balls = tables.find_labels("ball");
-       if (balls == nullptr || balls->names.empty()) return {};
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return balls->codes[i] >= 0; });
-       return {std::make_shared<Ball>(*balls, sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                      robot.view().target)};
-     }})
+FASTCAL_REGISTER_OBSERVATION("ball",
+                             touches<Ball>("ball", "touches of a ball",
+                                           "the points of each label in column 'ball' lie on one unknown sphere"))
 
 }  // namespace fastcal

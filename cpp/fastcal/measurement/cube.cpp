@@ -10,99 +10,93 @@
 // the signs with which it turns least. Leaves open what planes do: where the arm is, and the scale of all lengths.
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <string>
+#include <vector>
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
 #include "fastcal/math/se3.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/by_label.hpp"
 
 namespace fastcal {
 namespace {
 
-constexpr int kUnknowns = 6;
-constexpr int kFewest = 4;  // touches of a face
+constexpr std::size_t kFewest = 4;  // touches of a face
 
-class Cube : public Observation {
+/// A label BLOCK/FACE.
+struct Face {
+  std::string cube;
+  int axis;
+
+  explicit Face(const std::string& label) {
+    const std::size_t cut = label.rfind('/');
+    const std::string face = cut == std::string::npos ? "" : label.substr(cut + 1);
+    FASTCAL_CHECK(face.size() == 1 && face >= "x" && face <= "z" && cut > 0)
+        << "column 'cube': expected labels such as block/x, block/y and block/z, got '" << label << "'";
+    cube = label.substr(0, cut);
+    axis = face[0] - 'x';
+  }
+};
+
+/// The cubes of faces, each once, by the rows' codes.
+Labels cubes_of(const Labels& faces) {
+  Labels out;
+  std::vector<int> cube;
+  for (const std::string& label : faces.names) {
+    const Face face(label);
+    const auto found = std::find(out.names.begin(), out.names.end(), face.cube);
+    cube.push_back(static_cast<int>(found - out.names.begin()));
+    if (found == out.names.end()) out.names.push_back(face.cube);
+  }
+  out.codes = faces.codes.unaryExpr([&](int code) { return code < 0 ? -1 : cube[static_cast<std::size_t>(code)]; });
+  return out;
+}
+
+class Cube : public ByLabel {
  public:
-  Cube(const Labels& faces, Eigen::VectorXd sigma, int frame) : sigma_(std::move(sigma)), frame_(frame) {
-    std::vector<int> cube_of, face_of;
-    for (const std::string& label : faces.names) {
-      const std::size_t cut = label.rfind('/');
-      const std::string face = cut == std::string::npos ? "" : label.substr(cut + 1);
-      FASTCAL_CHECK(face.size() == 1 && face >= "x" && face <= "z" && cut > 0)
-          << "column 'cube': expected labels such as block/x, block/y and block/z, got '" << label << "'";
-      const std::string name = label.substr(0, cut);
-      const auto found = std::find(names_.begin(), names_.end(), name);
-      cube_of.push_back(static_cast<int>(found - names_.begin()));
-      face_of.push_back(face[0] - 'x');
-      if (found == names_.end()) names_.push_back(name);
-    }
-    cube_.setConstant(faces.codes.size(), -1);
-    face_.setConstant(faces.codes.size(), -1);
-    for (Eigen::Index i = 0; i < faces.codes.size(); ++i) {
-      if (faces.codes[i] < 0) continue;
-      cube_[i] = cube_of[static_cast<std::size_t>(faces.codes[i])];
-      face_[i] = face_of[static_cast<std::size_t>(faces.codes[i])];
-    }
-    for (const std::string& name : names_) {
-      for (const char* axis : {"rx", "ry", "rz"})
-        parameters_.push_back({"cube " + name, axis, "rad", 1e-3, "turn of the cube in the measuring frame"});
-      for (const char* face : {"x", "y", "z"})
-        parameters_.push_back({"cube " + name, std::string("offset_") + face, "m", 1e-3, "of a face along its normal"});
-    }
+  Cube(const Labels& faces, Eigen::VectorXd sigma, int frame)
+      : ByLabel("cube", "height", cubes_of(faces), std::move(sigma), frame), axis_(faces.codes.unaryExpr([&](int code) {
+          return code < 0 ? -1 : Face(faces.names[static_cast<std::size_t>(code)]).axis;
+        })) {
+    for (const char* axis : {"rx", "ry", "rz"})
+      add_unknown("cube", axis, "rad", "turn of the cube in the measuring frame");
+    for (const char* face : {"offset_x", "offset_y", "offset_z"})
+      add_unknown("cube", face, "m", "of a face along its normal");
   }
 
-  std::string name() const override { return "cube"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"height"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
   bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
-    if (cube_[row] < 0) return;
-    out.first_unknown = kUnknowns * cube_[row];
-    out.unknown_count = kUnknowns;
-    const double* own = unknowns + out.first_unknown;
+    const double* own = unknowns_of(row, unknowns, out);
+    if (own == nullptr) return;
+    const int axis = axis_[row];
     const Eigen::Vector3d turn = Eigen::Map<const Eigen::Vector3d>(own);
     const Eigen::Matrix3d R = exp_so3(turn);
-    out.present[0] = true;
-    out.r[0] = R.col(face_[row]).dot(sights[0].p) - own[3 + face_[row]];
-    out.by_frame[0].topLeftCorner<1, 3>() = R.col(face_[row]).transpose();
+    out.r[0] = R.col(axis).dot(sights[0].p) - own[3 + axis];
+    out.by_frame[0].topLeftCorner<1, 3>() = R.col(axis).transpose();
     // d (R e) = R ((J_r d turn) x e)
-    const Eigen::Matrix3d by_turn = -R * skew(Eigen::Vector3d::Unit(face_[row])) * right_jacobian_so3(turn);
+    const Eigen::Matrix3d by_turn = -R * skew(Eigen::Vector3d::Unit(axis)) * right_jacobian_so3(turn);
     out.by_unknown.topLeftCorner<1, 3>() = sights[0].p.transpose() * by_turn;
-    out.by_unknown(0, 3 + face_[row]) = -1;
+    out.by_unknown(0, 3 + axis) = -1;
   }
 
   std::string start(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const override {
-    for (std::size_t c = 0; c < names_.size(); ++c) {
+    for (std::size_t c = 0; c < label_count(); ++c) {
       Eigen::Matrix3d normals, centers;
-      for (int face = 0; face < 3; ++face) {
-        std::vector<Eigen::Vector3d> points;
-        for (Eigen::Index i = 0; i < cube_.size(); ++i) {
-          if (cube_[i] == static_cast<int>(c) && face_[i] == face)
-            points.push_back(sights[static_cast<std::size_t>(i)][0].p);
+      for (int axis = 0; axis < 3; ++axis) {
+        std::vector<Eigen::Index> rows;
+        for (const Eigen::Index row : rows_of(c)) {
+          if (axis_[row] == axis) rows.push_back(row);
         }
-        if (points.size() < kFewest) return "each cube needs at least four touches of each of its faces x, y and z";
-        Eigen::Vector3d center = Eigen::Vector3d::Zero();
-        for (const Eigen::Vector3d& p : points) center += p / static_cast<double>(points.size());
-        Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-        for (const Eigen::Vector3d& p : points) spread += (p - center) * (p - center).transpose();
-        normals.col(face) = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
-        centers.col(face) = center;
+        if (rows.size() < kFewest) return "each cube needs at least four touches of each of its faces x, y and z";
+        const Places touched(sights, rows);
+        normals.col(axis) = touched.flattest();
+        centers.col(axis) = touched.center;
       }
       const Eigen::Matrix3d R = least_turn(normals);
-      const auto first = static_cast<Eigen::Index>(kUnknowns * c);
+      const auto first = static_cast<Eigen::Index>(6 * c);
       unknowns.segment<3>(first) = log_so3(R);
-      for (int face = 0; face < 3; ++face) unknowns[first + 3 + face] = R.col(face).dot(centers.col(face));
+      for (int axis = 0; axis < 3; ++axis) unknowns[first + 3 + axis] = R.col(axis).dot(centers.col(axis));
     }
     return "";
   }
@@ -120,28 +114,14 @@ class Cube : public Observation {
     return nearest_rotation(best);
   }
 
-  std::vector<std::string> names_;
-  Eigen::VectorXi cube_, face_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
+  Eigen::VectorXi axis_;  // of the face that each row touches
 };
 
 }  // namespace
 
 FASTCAL_REGISTER_OBSERVATION(
-    "cube",
-    {.plural = "touches of a cube",
-     .fields = {{"cube", FieldRole::kLabel, {"cube"}, "", ""},
-                {"sigma_position", FieldRole::kSigma, {"sigma_x", "sigma_y", "sigma_z"}, "length", "mm"}},
-     .note = "the points of labels NAME/x, NAME/y and NAME/z in column 'cube' lie on three planes at right angles",
-     .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
-       const Labels* faces = tables.find_labels("cube");
-       if (faces == nullptr || faces->names.empty()) return {};
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return faces->codes[i] >= 0; });
-       return {std::make_shared<Cube>(*faces, sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                      robot.view().target)};
-     }})
+    "cube", touches<Cube>(
+                "cube", "touches of a cube",
+                "the points of labels NAME/x, NAME/y and NAME/z in column 'cube' lie on three planes at right angles"))
 
 }  // namespace fastcal

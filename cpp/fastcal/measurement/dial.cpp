@@ -11,94 +11,55 @@
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
-#include "fastcal/math/se3.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/by_label.hpp"
 
 namespace fastcal {
 namespace {
 
-class Dial : public Observation {
+class Dial : public ByLabel {
  public:
   Dial(Eigen::VectorXd reading, Labels gauges, Eigen::VectorXd sigma, int frame)
-      : reading_(std::move(reading)), gauges_(std::move(gauges)), sigma_(std::move(sigma)), frame_(frame) {
-    for (const std::string& label : gauges_.names) {
-      for (const char* axis : {"rx", "ry"})
-        parameters_.push_back({"gauge " + label, axis, "rad", 1e-3, "turn of its direction from z of the frame"});
-      parameters_.push_back({"gauge " + label, "zero", "m", 1e-3, "where along its direction it reads zero"});
-    }
+      : ByLabel("dial", "reading", std::move(gauges), std::move(sigma), frame), reading_(std::move(reading)) {
+    for (const char* axis : {"rx", "ry"})
+      add_unknown("gauge", axis, "rad", "turn of its direction from z of the frame");
+    add_unknown("gauge", "zero", "m", "where along its direction it reads zero");
     for (Eigen::Index i = 0; i < reading_.size(); ++i)
-      FASTCAL_CHECK(std::isnan(reading_[i]) || gauges_.codes[i] >= 0)
+      FASTCAL_CHECK(std::isnan(reading_[i]) || code(i) >= 0)
           << "row " << i << ": a reading of a dial needs a label in column 'gauge'";
   }
 
-  std::string name() const override { return "dial"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"reading"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
   std::string field() const override { return "dial"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
-    if (std::isnan(reading_[row])) return;
-    out.first_unknown = 3 * gauges_.codes[row];
-    out.unknown_count = 3;
-    const double* own = unknowns + out.first_unknown;
-    const Eigen::Vector3d turn(own[0], own[1], 0);
-    const Eigen::Matrix3d R = exp_so3(turn);
-    out.present[0] = true;
-    out.r[0] = R.col(2).dot(sights[0].p) - own[2] - reading_[row];
-    out.by_frame[0].topLeftCorner<1, 3>() = R.col(2).transpose();
-    // d n = R ((J_r d turn) x e_z)
-    const Eigen::Matrix<double, 3, 2> by_turn =
-        -R * skew(Eigen::Vector3d::UnitZ()) * right_jacobian_so3(turn).leftCols<2>();
-    out.by_unknown.topLeftCorner<1, 2>() = sights[0].p.transpose() * by_turn;
-    out.by_unknown(0, 2) = -1;
+    const double* own = unknowns_of(row, unknowns, out);
+    if (own == nullptr) return;
+    compare_along(own, sights[0].p, out);
+    out.r[0] -= reading_[row];
   }
 
   std::string start(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const override {
-    for (std::size_t g = 0; g < gauges_.names.size(); ++g) {
-      std::vector<Eigen::Index> rows;
-      Eigen::Vector3d center = Eigen::Vector3d::Zero();
-      double mean = 0;
-      for (Eigen::Index i = 0; i < reading_.size(); ++i) {
-        if (gauges_.codes[i] != static_cast<int>(g) || std::isnan(reading_[i])) continue;
-        rows.push_back(i);
-        center += sights[static_cast<std::size_t>(i)][0].p;
-        mean += reading_[i];
-      }
+    for (std::size_t g = 0; g < label_count(); ++g) {
+      const std::vector<Eigen::Index> rows = rows_of(g);
       if (rows.size() < 4) return "each dial gauge needs at least four readings";
-      center /= static_cast<double>(rows.size());
-      mean /= static_cast<double>(rows.size());
-      Eigen::MatrixXd D(rows.size(), 3);
-      Eigen::VectorXd y(rows.size());
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        const auto at = static_cast<Eigen::Index>(k);
-        D.row(at) = (sights[static_cast<std::size_t>(rows[k])][0].p - center).transpose();
-        y[at] = reading_[rows[k]] - mean;
-      }
+      const Places touched(sights, rows);
+      Eigen::VectorXd read(touched.points.cols());
+      for (std::size_t k = 0; k < rows.size(); ++k) read[static_cast<Eigen::Index>(k)] = reading_[rows[k]];
+      const double mean = read.mean();
+      const Eigen::MatrixXd D = touched.spread().transpose();
+      const Eigen::VectorXd y = read.array() - mean;
       const Eigen::Vector3d along = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(D).solve(y);
-      if (!(along.norm() > 0)) return "dial gauge " + gauges_.names[g] + " reads the same everywhere";
+      if (!(along.norm() > 0)) return "dial gauge " + label(g) + " reads the same everywhere";
       const Eigen::Vector3d n = along.normalized();
-      // The least turn from z: about z x n, which lies in the plane of x and y.
-      const double across = std::hypot(n.x(), n.y());
-      const double by = across > 0 ? std::atan2(across, n.z()) / across : 0;
-      unknowns.segment<3>(static_cast<Eigen::Index>(3 * g)) << -by * n.y(), by * n.x(), n.dot(center) - mean;
+      unknowns.segment<3>(static_cast<Eigen::Index>(3 * g)) << turn_from_z(n), n.dot(touched.center) - mean;
     }
     return "";
   }
 
+ protected:
+  bool is_read(Eigen::Index row) const override { return !std::isnan(reading_[row]); }
+
  private:
   Eigen::VectorXd reading_;
-  Labels gauges_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 }  // namespace
@@ -115,10 +76,9 @@ FASTCAL_REGISTER_OBSERVATION(
        if (read == nullptr) return {};
        const Labels* gauges = tables.find_labels("gauge");
        FASTCAL_CHECK(gauges != nullptr) << "readings of a dial gauge need a label in column 'gauge' in every row";
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_dial", 1, [&](Eigen::Index i) { return !std::isnan((*read)(i, 0)); });
-       return {std::make_shared<Dial>(
-           read->col(0), *gauges, sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(), robot.view().target)};
+       const auto is_read = [&](Eigen::Index i) { return !std::isnan((*read)(i, 0)); };
+       return {std::make_shared<Dial>(read->col(0), *gauges, sigma_of(tables, "sigma_dial", 1, is_read),
+                                      robot.view().target)};
      }})
 
 }  // namespace fastcal

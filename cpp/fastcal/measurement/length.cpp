@@ -9,45 +9,30 @@
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/decompositions.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/by_label.hpp"
 
 namespace fastcal {
 namespace {
 
-class Length : public Observation {
+class Length : public ByLabel {
  public:
   Length(Eigen::VectorXd length, Labels anchors, Eigen::VectorXd sigma, int frame)
-      : length_(std::move(length)), anchors_(std::move(anchors)), sigma_(std::move(sigma)), frame_(frame) {
-    for (const std::string& label : anchors_.names) {
-      for (const char* axis : {"x", "y", "z"})
-        parameters_.push_back({"anchor " + label, axis, "m", 1e-3, "place of the anchor in the measuring frame"});
-    }
+      : ByLabel("length", "length", std::move(anchors), std::move(sigma), frame), length_(std::move(length)) {
+    for (const char* axis : {"x", "y", "z"})
+      add_unknown("anchor", axis, "m", "place of the anchor in the measuring frame");
     for (Eigen::Index i = 0; i < length_.size(); ++i) {
       FASTCAL_CHECK(std::isnan(length_[i]) || length_[i] >= 0) << "row " << i << ": a length must not be negative";
-      FASTCAL_CHECK(std::isnan(length_[i]) || anchors_.codes[i] >= 0) << "row " << i << ": a length needs an anchor";
+      FASTCAL_CHECK(std::isnan(length_[i]) || code(i) >= 0) << "row " << i << ": a length needs an anchor";
     }
   }
 
-  std::string name() const override { return "length"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"length"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
   std::string field() const override { return "distance"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
-    if (std::isnan(length_[row])) return;
-    out.first_unknown = 3 * anchors_.codes[row];
-    out.unknown_count = 3;
-    const Eigen::Vector3d line = sights[0].p - Eigen::Map<const Eigen::Vector3d>(unknowns + out.first_unknown);
+    const double* own = unknowns_of(row, unknowns, out);
+    if (own == nullptr) return;
+    const Eigen::Vector3d line = sights[0].p - Eigen::Map<const Eigen::Vector3d>(own);
     const double length = line.norm();
-    out.present[0] = true;
     out.r[0] = length - length_[row];
     // A tool in its anchor has a derivative of length 1 too.
     const Eigen::Vector3d along = length > 0 ? (line / length).eval() : Eigen::Vector3d::UnitX();
@@ -56,33 +41,26 @@ class Length : public Observation {
   }
 
   std::string start(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const override {
-    for (std::size_t a = 0; a < anchors_.names.size(); ++a) {
-      std::vector<Eigen::Index> rows;
-      for (Eigen::Index i = 0; i < length_.size(); ++i) {
-        if (!std::isnan(length_[i]) && anchors_.codes[i] == static_cast<int>(a)) rows.push_back(i);
-      }
+    for (std::size_t a = 0; a < label_count(); ++a) {
+      const std::vector<Eigen::Index> rows = rows_of(a);
       if (rows.size() < 4) return "each anchor needs at least four lengths";
-      Eigen::Vector3d center = Eigen::Vector3d::Zero();
-      for (const Eigen::Index i : rows) center += sights[i][0].p / static_cast<double>(rows.size());
-      Eigen::MatrixXd D(rows.size(), 4);
-      Eigen::VectorXd y(rows.size());
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        const Eigen::Vector3d p = sights[rows[k]][0].p - center;
-        const double length = length_[rows[k]];
-        D.row(k) << -2 * p.transpose(), 1;
-        y[k] = length * length - p.squaredNorm();
-      }
-      unknowns.segment<3>(3 * a) = center + least_squares(D, y).head<3>();
+      const Places reached(sights, rows);
+      const Eigen::Matrix3Xd p = reached.spread();
+      Eigen::MatrixXd D(p.cols(), 4);
+      D << -2 * p.transpose(), Eigen::VectorXd::Ones(p.cols());
+      Eigen::VectorXd y = -p.colwise().squaredNorm().transpose();
+      for (std::size_t k = 0; k < rows.size(); ++k)
+        y[static_cast<Eigen::Index>(k)] += length_[rows[k]] * length_[rows[k]];
+      unknowns.segment<3>(static_cast<Eigen::Index>(3 * a)) = reached.center + least_squares(D, y).head<3>();
     }
     return "";
   }
 
+ protected:
+  bool is_read(Eigen::Index row) const override { return !std::isnan(length_[row]); }
+
  private:
   Eigen::VectorXd length_;
-  Labels anchors_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 class Span : public Observation {
@@ -135,9 +113,8 @@ FASTCAL_REGISTER_OBSERVATION(
        for (const ViewedTable& of : tables.views("distance", robot)) {
          const RowMatrixXd* measured = tables.find("distance" + of.suffix, 1);
          if (measured == nullptr) continue;
-         const RowMatrixXd* claimed = tables.find_sigma("sigma_position" + of.suffix, 3,
-                                                        [&](Eigen::Index i) { return !std::isnan((*measured)(i, 0)); });
-         Eigen::VectorXd sigma = claimed == nullptr ? Eigen::VectorXd() : claimed->col(0).eval();
+         const auto is_read = [&](Eigen::Index i) { return !std::isnan((*measured)(i, 0)); };
+         Eigen::VectorXd sigma = sigma_of(tables, "sigma_position" + of.suffix, 3, is_read);
          if (!of.suffix.empty()) {
            out.push_back(std::make_shared<Span>(measured->col(0), std::move(sigma), of));
            continue;

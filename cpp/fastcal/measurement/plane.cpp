@@ -6,108 +6,42 @@
 // rx, ry, d of each plane are identified. Start: the direction in which the points of the arm as it is spread least.
 // What one plane leaves open: where on it the arm is and how it is turned about its normal, and the common scale of all
 // lengths.
-#include <cmath>
-
-#include "fastcal/math/decompositions.hpp"
-#include "fastcal/math/se3.hpp"
-#include "fastcal/measurement/registry.hpp"
+#include "fastcal/measurement/by_label.hpp"
 
 namespace fastcal {
 namespace {
 
-class Plane : public Observation {
+class Plane : public ByLabel {
  public:
   Plane(Labels planes, Eigen::VectorXd sigma, int frame)
-      : planes_(std::move(planes)), sigma_(std::move(sigma)), frame_(frame) {
-    for (const std::string& label : planes_.names) {
-      const std::string owner = "plane " + label;
-      for (const char* axis : {"rx", "ry"})
-        parameters_.push_back({owner, axis, "rad", 1e-3, "turn of the plane's normal from z of the measuring frame"});
-      parameters_.push_back({owner, "offset", "m", 1e-3, "of the plane along its normal"});
-    }
+      : ByLabel("plane", "height", std::move(planes), std::move(sigma), frame) {
+    for (const char* axis : {"rx", "ry"})
+      add_unknown("plane", axis, "rad", "turn of the plane's normal from z of the measuring frame");
+    add_unknown("plane", "offset", "m", "of the plane along its normal");
   }
 
-  std::string name() const override { return "plane"; }
-  const std::vector<std::string>& components() const override {
-    static const std::vector<std::string> names{"height"};
-    return names;
-  }
-  std::string unit() const override { return "m"; }
-  std::vector<int> frames() const override { return {frame_}; }
-  const std::vector<Parameter>& parameters() const override { return parameters_; }
-  double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
-  bool claims_sigma() const override { return sigma_.size() > 0; }
-  bool shows_base() const override { return false; }
   bool shows_scale() const override { return false; }
 
   void compare(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out) const override {
-    if (planes_.codes[row] < 0) return;
-    out.first_unknown = 3 * planes_.codes[row];
-    out.unknown_count = 3;
-    const double* own = unknowns + out.first_unknown;
-    const Eigen::Vector3d turn(own[0], own[1], 0);
-    const Eigen::Matrix3d R = exp_so3(turn);
-    const Eigen::Vector3d normal = R.col(2);
-    out.present[0] = true;
-    out.r[0] = normal.dot(sights[0].p) - own[2];
-    out.by_frame[0].topLeftCorner<1, 3>() = normal.transpose();
-    // d n = R ((J_r d turn) x e_z)
-    const Eigen::Matrix<double, 3, 2> by_turn =
-        -R * skew(Eigen::Vector3d::UnitZ()) * right_jacobian_so3(turn).leftCols<2>();
-    out.by_unknown.topLeftCorner<1, 2>() = sights[0].p.transpose() * by_turn;
-    out.by_unknown(0, 2) = -1;
+    if (const double* own = unknowns_of(row, unknowns, out)) compare_along(own, sights[0].p, out);
   }
 
   std::string start(const std::vector<Sights>& sights, Eigen::Ref<Eigen::VectorXd> unknowns) const override {
-    for (std::size_t a = 0; a < planes_.names.size(); ++a) {
-      Eigen::Vector3d center = Eigen::Vector3d::Zero();
-      double count = 0;
-      for (Eigen::Index i = 0; i < planes_.codes.size(); ++i) {
-        if (planes_.codes[i] != static_cast<int>(a)) continue;
-        center += sights[i][0].p;
-        ++count;
-      }
-      if (count < 4) return "each plane needs at least four touches";
-      center /= count;
-      Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-      for (Eigen::Index i = 0; i < planes_.codes.size(); ++i) {
-        if (planes_.codes[i] != static_cast<int>(a)) continue;
-        const Eigen::Vector3d p = sights[i][0].p - center;
-        spread += p * p.transpose();
-      }
-      Eigen::Vector3d normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
+    for (std::size_t a = 0; a < label_count(); ++a) {
+      const Places touched(sights, rows_of(a));
+      if (touched.points.cols() < 4) return "each plane needs at least four touches";
+      Eigen::Vector3d normal = touched.flattest();
       if (normal.z() < 0) normal = -normal;
-      // The least turn from z: about z x n, which lies in the plane of x and y.
-      const double across = std::hypot(normal.x(), normal.y());
-      const double angle = std::atan2(across, normal.z());
-      const double by = across > 0 ? angle / across : 0;
-      unknowns.segment<3>(3 * a) << -by * normal.y(), by * normal.x(), normal.dot(center);
+      unknowns.segment<3>(static_cast<Eigen::Index>(3 * a)) << turn_from_z(normal), normal.dot(touched.center);
     }
     return "";
   }
-
- private:
-  Labels planes_;
-  Eigen::VectorXd sigma_;
-  int frame_;
-  std::vector<Parameter> parameters_;
 };
 
 }  // namespace
 
-FASTCAL_REGISTER_OBSERVATION(
-    "plane",
-    {.plural = "touches of a plane",
-     .fields = {{"plane", FieldRole::kLabel, {"plane"}, "", ""},
-                {"sigma_position", FieldRole::kSigma, {"sigma_x", "sigma_y", "sigma_z"}, "length", "mm"}},
-     .note = "the points of each label in column 'plane' lie on one unknown plane",
-     .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
-       const Labels* planes = tables.find_labels("plane");
-       if (planes == nullptr || planes->names.empty()) return {};
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_position", 3, [&](Eigen::Index i) { return planes->codes[i] >= 0; });
-       return {std::make_shared<Plane>(*planes, sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(),
-                                       robot.view().target)};
-     }})
+FASTCAL_REGISTER_OBSERVATION("plane",
+                             touches<Plane>("plane", "touches of a plane",
+                                            "the points of each label in column 'plane' lie on one unknown plane"))
 
 }  // namespace fastcal

@@ -14,9 +14,10 @@ small share of all, poses are rich: nothing is held, and the fit is the free one
 
 C rests on the model of the noise. Numbers of a pose that err together, such as a camera's, look like errors of the arm.
 So s must also predict: of all s that one is sought with which each pose is best predicted by the others (the ridge's
-closed form: D. Allen 1974), and the smaller of the two holds the fit. Stated deviations are those of a fit held by the
-smaller of arms that are off by the larger: K = C (C + s^2)^-1 is what is taken back of the deviations found, and
-(1 - K) C (1 - K)^T + K s_larger^2 K^T its covariance.
+closed form: D. Allen 1974), touches of an unknown place by those of other places (`touched_places`), and the smaller of
+the two holds the fit. Stated deviations are those of a fit held by the smaller of arms that are off by the larger:
+K = C (C + s^2)^-1 is what is taken back of the deviations found, and (1 - K) C (1 - K)^T + K s_larger^2 K^T its
+covariance.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fastcal import _core
-from fastcal.arrays import BoolArray, FloatArray, IntArray
+from fastcal.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from fastcal.calibration.consensus import GROSS
 from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.touched_places import beside_own, touched_places
 
 LEAST, MOST = 0.01, 30.0  # plausible sizes: ten micrometres to three centimetres
 _STEPS = 32
@@ -114,11 +116,13 @@ def shrinkage(problem: CalibrationProblem, found: _core.Identification) -> Shrin
     off = (np.asarray(found.theta) - start_of(problem))[indices] / size
     C = np.asarray(found.covariance)[np.ix_(arm, arm)] / np.outer(size, size)
     known, spared = errors_size(off, C)
-    if spared < WORTH * len(free):
+    places = touched_places(problem.data, problem.measured)
+    if places is None and spared < WORTH * len(free):
         return None
-    predicts = predicting_size(problem, found, np.isin(np.arange(len(free)), arm))
-    s = min(known, predicts)
+    s = min(known, predicting_size(problem, found, np.isin(np.arange(len(free)), arm), places))
     values = np.maximum(np.linalg.eigvalsh(C), 0.0)
+    if np.sum(values / (values + s**2)) < WORTH * len(free):
+        return None
     sizes = np.full(len(found.theta), np.inf)
     for i in range(own):
         if parameters[i].owner not in ("base", "tool"):
@@ -150,16 +154,23 @@ def start_of(problem: CalibrationProblem) -> FloatArray:
     return np.append(problem.model.start, problem.alignment.unknowns)
 
 
-def predicting_size(problem: CalibrationProblem, found: _core.Identification, arm: BoolArray) -> float:
+def predicting_size(
+    problem: CalibrationProblem, found: _core.Identification, arm: BoolArray, places: IndexArray | None = None
+) -> float:
     """The s with which points (where there are none: all numbers) of each pose are best predicted by the other poses.
 
-    `arm` (p,) says which of the free parameters are held. Infinite where there are too many rows to hold each out.
+    `arm` (p,) says which of the free parameters are held. Where rows touch unknown `places` (N,), those of each place
+    are predicted by the others. Infinite where there are too many rows to hold each out.
     """
     near = problem.linearize(start_of(problem), found.common_noise)
     free, row = list(found.free), np.asarray(near.row, dtype=np.int64)
     every = problem.parameters
     size = np.array([every[i].sigma if i < len(every) else 1.0 for i in free])
     J, residual, number = np.asarray(near.J)[:, free], np.asarray(near.r), np.asarray(near.number, dtype=np.int64)
+    if places is not None:
+        used = (places[row] >= 0) & ~np.isin(row, _gross(problem, found))
+        of_place = np.array(free) >= len(every)
+        return _predicting_other_places((J * size)[used], residual[used], places[row][used], arm, of_place)
     count = np.bincount(row)
     width = int(np.bincount(count[count > 0]).argmax())
     used = (count[row] == width) & ~np.isin(row, _gross(problem, found))
@@ -178,6 +189,30 @@ def predicting_size(problem: CalibrationProblem, found: _core.Identification, ar
         shares = np.eye(width) - np.einsum("nci,ij,ndj->ncd", A, inverse, A, optimize=True)
         without = np.linalg.solve(shares, of_all[..., np.newaxis])[..., 0]
         left.append(float(np.mean(without[:, judged] ** 2)))
+    return float(tried[np.argmin(left)])
+
+
+def _predicting_other_places(
+    J: FloatArray, residual: FloatArray, place: IndexArray, arm: BoolArray, of_place: BoolArray
+) -> float:
+    """The s with which the touches of each place are best predicted by those of the others.
+
+    `of_place` (p,) says which of the free parameters are unknowns of places.
+    """
+    if not 0 < len(residual) <= _MOST_NUMBERS:
+        return np.inf
+    parts = []
+    for k in np.unique(place):
+        own = J[place == k][:, of_place]
+        beside = beside_own(np.column_stack([J[place == k], residual[place == k]]), own)
+        parts.append((beside[:, :-1][:, ~of_place], beside[:, -1]))
+    normal, slope = sum(A.T @ A for A, _ in parts), sum(A.T @ r for A, r in parts)
+    tried = np.geomspace(LEAST, MOST, _STEPS)
+    left = []
+    for s in tried:
+        prior = np.diag(np.where(arm[~of_place], s**-2.0, _FREE**-2.0))
+        steps = [np.linalg.solve(normal - A.T @ A + prior, slope - A.T @ r) for A, r in parts]
+        left.append(sum(float(np.sum((r - A @ x) ** 2)) for (A, r), x in zip(parts, steps, strict=True)))
     return float(tried[np.argmin(left)])
 
 

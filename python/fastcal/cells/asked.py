@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,10 +27,13 @@ WEAK = 10.0
 _OF_A_PLACE = 6
 
 
-def asked_parameters(cell: Cell, readings: Readings, *, effects: bool = False) -> list[int]:
+def asked_parameters(
+    cell: Cell, readings: Readings, *, effects: bool = False, arms: Collection[str] | None = None
+) -> list[int]:
     """Indices of the parameters to identify: of what lies between a target and the frame that it is read from.
 
-    With `effects` those of the arms' effects too, but for curves, whose smoothness a fit of all does not know.
+    With `effects` those of the arms' effects too, but for curves, whose smoothness a fit of all does not know. Of arms
+    that are not among `arms`, where that is given, only where they stand.
 
     What carries both moves them together, and no reading shows it. A tool's own place is that of the targets on it. A
     base that stands on a fork of one URDF is the origin of its first joint.
@@ -39,7 +43,7 @@ def asked_parameters(cell: Cell, readings: Readings, *, effects: bool = False) -
     kinds = [name.partition("@") for name in readings.tables]
     turned = {view.partition(":")[0] for kind, _, view in kinds if kind == "rotation"}
     sensors = {view.partition(":")[2] for kind, _, view in kinds if kind in ("position", "rotation")}
-    poses = {arm.name for arm in cell.arms if arm.of_poses}
+    poses = {each.name for each in cell.arms if each.of_poses}
     out = []
     for branch in core.branches:
         if branch.name in poses:
@@ -54,13 +58,14 @@ def asked_parameters(cell: Cell, readings: Readings, *, effects: bool = False) -
             elif place == "base":
                 wanted = not fixed and branch.first_frame in between
             else:
-                wanted = place != "tool" and core.frame(parameter.owner) in between
+                is_asked = arms is None or branch.name in arms
+                wanted = is_asked and place != "tool" and core.frame(parameter.owner) in between
             if wanted:
                 out.append(i)
     at = len(parameters)
-    for effect in [effect for arm in cell.arms for effect in arm.robot.effects] if effects else ():
+    for member, effect in [(each, effect) for each in cell.arms for effect in each.robot.effects] if effects else ():
         own = range(at, at + len(effect.parameters))
-        out += () if effect.penalty else own
+        out += () if effect.penalty or (arms is not None and member.name not in arms) else own
         at = own.stop
     return out
 
@@ -154,6 +159,21 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
     return Priors(
         np.append(mean, none), np.append(sigma, known_within(cell, unknowns)), np.pad(geometry, (0, len(unknowns)))
     )
+
+
+def arms_between(cell: Cell, sight: str) -> frozenset[str]:
+    """Names of the arms whose joints move the one end of a sight and not the other.
+
+    Args:
+        cell: The tree.
+        sight: TARGET, TARGET:SENSOR or BOARD:CAMERA.
+    """
+    rig = {name: of["on"] for members in (cell.cameras, cell.boards) for name, of in members.items()}
+    ends = [rig.get(end, end) or "world" for end in (sight.partition(":")[0], sight.partition(":")[2])]
+    between = _frames_between(cell.core, [":".join(ends)])
+    arms = {arm.name for arm in cell.arms}
+    frames = {of.name: range(of.first_frame, of.first_frame + of.frame_count) for of in cell.core.branches}
+    return frozenset(name for name, own in frames.items() if name in arms and not between.isdisjoint(own))
 
 
 def _frames_between(core: _core.RobotModel, views: list[str]) -> set[int]:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -26,6 +26,7 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.evidence import SharedNoise, settled
 from fastcal.cells.placements import Placement, placements
+from fastcal.cells.pose_noise import settled_poses
 from fastcal.cells.readings import Readings
 from fastcal.cells.records import JOINTS, cell_record, way_records
 from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
@@ -120,6 +121,7 @@ def calibrate_cell(
     *,
     test: Readings | None = None,
     effects: bool = False,
+    arms: Collection[str] | None = None,
     mend: bool = False,
     loss: str = "tukey",
     threads: int = 1,
@@ -135,6 +137,7 @@ def calibrate_cell(
         readings: Postures and what was read in them.
         test: Others, only reported on.
         effects: Identify the effects that the arms' files have; without it they stay as they are.
+        arms: Of which arms, by name; of others only where they stand. None: of all.
         mend: Put pictures that are of other postures where they fit, instead of leaving them out.
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
         threads: Cores; the result does not depend on it.
@@ -147,13 +150,14 @@ def calibrate_cell(
     if not readings.sights(cell):
         raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET, or corners")
     report("placing the members of the cell")
+    readings = readings.in_order
     lenses, of_lenses = started_lenses(cell, readings.tables)
     cell = replace(cell, cameras={**cell.cameras, **lenses})
     readings = replace(readings, notes=(*readings.notes, *of_lenses))
     readings = judged_readings(cell, readings, mend=mend)
     start, used, wrong = started(cell, readings)
     places = rig_start(start, used)
-    asked = asked_parameters(start, readings, effects=effects)
+    asked = asked_parameters(start, readings, effects=effects, arms=arms)
     few = _numbers_of(start, used) < _ENOUGH * len(asked)
     has_joints = not all(arm.of_poses for arm in start.arms)
     sizes = _WIDE if few and has_joints else None
@@ -176,6 +180,10 @@ def calibrate_cell(
         known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
         solution, shared = settled(start, weighed.pick(kept), found, known, threads)
         model = there(start, measured, solution)
+    elif any(arm.of_poses for arm in start.arms) and found.status == "converged":
+        poses = settled_poses(start, used.pick(kept), found, priors(start, asked, measured.parameters, sizes), threads)
+        if poses is not None:
+            solution, model = poses, there(start, measured, poses)
     model = replace(model, records=way_records(model, readings, threads))
     names = [full_name(parameter) for parameter in found.parameters]
     own = len(start.core.nominal)

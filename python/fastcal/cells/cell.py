@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.moving_rig import gravity_of
 from fastcal.effects.entries import conditions_read, label, own_columns
 from fastcal.effects.values import parameter_values
 from fastcal.errors import InvalidInput
@@ -144,10 +145,22 @@ class Cell:
                 values += parameter_values(entry, effect)
         return _core.ErrorModel(self.core, effects, np.asarray(values, dtype=float))
 
-    @cached_property
+    @property
     def rig(self) -> _core.Rig:
         """Cameras and boards. InvalidInput where one stands on a frame that there is not."""
         return core_rig(self, self.core.frame)
+
+    def frames_at(self, q: FloatArray, on: str) -> FloatArray:
+        """(N, 4, 4) poses in the world of a frame of the tree, as the files have it, in postures q (N, n)."""
+        if on == "world":
+            return np.broadcast_to(np.eye(4), (len(q), 4, 4))
+        rigid = _core.ErrorModel(self.core, [], np.zeros(0))
+        return np.asarray(rigid.predict(_core.Samples(np.ascontiguousarray(q)), rigid.start, of=on))
+
+    @property
+    def gravity(self) -> FloatArray:
+        """(3,) [m/s^2] in the world: that of the first arm that stands on it."""
+        return gravity_of(next((arm for arm in self.arms if arm.on == "world"), self.arms[0]).robot.description)
 
     @cached_property
     def joint_columns(self) -> list[tuple[str, ...]]:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Does a calibrated cell of several arms still hold? Each way from the world to a target is checked as one arm.
 
+Where there are no such ways, the cell is checked as a whole: `whole_check`.
+
 The base of each way is refitted, as the instrument stands elsewhere. A joint that several ways share has changed where
 the readings of one of them say so; those of the others are named beside it.
 """
@@ -12,8 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fastcal.calibration.unknowns import CORNERS
+from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
 from fastcal.cells.paths import Way
+from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.monitoring.check import check
@@ -116,6 +121,17 @@ class CellCheck:
             "ways": {each.way.name: each.to_json_dict() for each in self.ways},
             "robot": self.cell.name,
         }
+
+
+def checked_ways(cell: Cell, readings: Readings) -> list[Way]:
+    """Ways from the world to all that was read, each with a record; none where one of these is no such way."""
+    ways = possible_ways(cell, readings.views)
+    if CORNERS in readings.tables or {way.name for way in ways if way.record is not None} != set(readings.views):
+        return []
+    try:
+        return ways if all(way.robot.joint_count for way in ways) else []
+    except InvalidInput:  # an arm has what no longer arm brings along
+        return []
 
 
 def check_cell(

@@ -9,7 +9,7 @@ they can show, in plausible sizes; the search is the same.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from fastcal.design.poses import SIGMA
 from fastcal.design.search import Search
 from fastcal.effects.entries import full_name
 from fastcal.errors import InvalidInput
+from fastcal.measurements.observations import tables_of
 
 _CANDIDATES = 4000
 _SAMPLE = 1000  # candidates by which the gauge is chosen
@@ -76,7 +77,8 @@ def design_cell(
     Args:
         cell: With its members about where they are.
         count: How many.
-        views: What is read; none: all targets from the world.
+        views: What is read; none: all targets from the world. Beside points, KIND@TARGET or KIND@TARGET:SENSOR of
+            another kind of the registry.
         sigma: Standard deviation of a read coordinate [m].
         sigma_rotation: Of an orientation about each axis [rad]; None: none is read.
         candidate_count: Postures to choose from.
@@ -99,15 +101,17 @@ def design_cell(
     limits = _limits(cell)
     q = random.uniform(limits[:, 0], limits[:, 1], (candidate_count, len(limits)))
     report("linearizing")
-    pool = simulate_cell(
-        cell,
-        Readings(q, {}, "design"),
-        known_views(cell, views),
-        noise_rotation=None if sigma_rotation is None else 0.0,
-    )
-    asked = asked_parameters(cell, pool)
-    parameters = cell.model.parameters
-    J, points = _rows(cell, pool, asked, sigma, sigma_rotation, threads)
+    kinds = [view for view in views if "@" in view]
+    is_of_points = len(kinds) < len(views) or not views
+    points = known_views(cell, [view for view in views if "@" not in view]) if is_of_points else []
+    pool = Readings(q, {}, "design")
+    if points:
+        pool = simulate_cell(cell, pool, points, noise_rotation=None if sigma_rotation is None else 0.0)
+    pool = replace(pool, tables={**pool.tables, **_read_of(cell, kinds, len(q))})
+    unknowns = pool.measured(cell).parameters
+    parameters = [*cell.model.parameters, *unknowns]
+    asked = [*asked_parameters(cell, pool), *range(len(parameters) - len(unknowns), len(parameters))]
+    J, of_points = _rows(cell, pool, asked, sigma, sigma_rotation, threads)
     k = len(J) // len(q)
     some = _core.draw_design(len(q), min(_SAMPLE, len(q)), seed)
     R = np.asarray(
@@ -119,7 +123,7 @@ def design_cell(
         raise InvalidInput("nothing of the cell is identifiable from these readings")
     rows, free = np.ascontiguousarray(J[:, free]), list(free)
     known = np.eye(len(free)) / KNOWN_TO**2
-    B = rows[points].T @ rows[points] * sigma**2 / points.sum()
+    B = rows[of_points].T @ rows[of_points] * sigma**2 / max(of_points.sum(), 1)
     report(f"choosing {count} of {len(q)} postures")
     search = Search(_core.Candidates(rows, k), "O1", known, B, restarts=restarts, seed=seed, threads=threads)
     found = search.run(count)
@@ -136,7 +140,7 @@ def design_cell(
         )
     return CellDesign(
         q[members][order],
-        known_views(cell, views),
+        [*points, *kinds],
         float(np.sqrt(search.variance(found.members))),
         [full_name(parameters[asked[i]]) for i in free],
         sizes * np.sqrt(np.diag(np.linalg.inv(search.information(found.members)))),
@@ -146,6 +150,18 @@ def design_cell(
         len(q),
         notes,
     )
+
+
+def _read_of(cell: Cell, kinds: Sequence[str], count: int) -> dict[str, FloatArray]:
+    """Tables (N, c) of kinds of readings, KIND@VIEW, of any content: a plan asks what they tell, not what they say."""
+    tables = {of.name: of for of in tables_of(0).values() if of.role == "measured" and of.columns}
+    out = {}
+    for kind in kinds:
+        name, _, view = kind.partition("@")
+        if name not in tables:
+            raise InvalidInput(f"'{name:.60}' is no kind of reading; expected one of {', '.join(sorted(tables))}")
+        out[f"{name}@{known_views(cell, [view])[0]}"] = np.zeros((count, len(tables[name].columns)))
+    return out
 
 
 def _limits(cell: Cell) -> FloatArray:
@@ -165,10 +181,11 @@ def _rows(
     """
     measured, model = pool.measured(cell), cell.model
     noise = [sigma_rotation or 1.0 if of.unit == "rad" else sigma for of in measured.observations]
-    near = _core.linearize(model, pool.samples(), measured, model.start, noise, threads)
+    theta = np.append(np.asarray(model.start), np.zeros(len(measured.parameters)))
+    near = _core.linearize(model, pool.samples(), measured, theta, noise, threads)
     turns = np.zeros(measured.number_count, dtype=bool)
     for of in measured.observations:
         turns[of.first_number : of.first_number + of.reading_count * len(of.components)] = of.unit == "rad"
     order = np.argsort(np.asarray(near.row), kind="stable")
-    scale = np.array([model.parameters[i].sigma for i in asked])
+    scale = np.array([[*model.parameters, *measured.parameters][i].sigma for i in asked])
     return np.asarray(near.J)[order][:, asked] * scale, ~turns[np.asarray(near.number)[order]]

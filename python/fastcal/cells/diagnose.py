@@ -9,171 +9,29 @@ that begins on an arm, what follows a joint slowly: there the weights of links b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from typing import Any
 
 from fastcal.cells.cell import Cell
-from fastcal.cells.gap import CellStep, gap_of
+from fastcal.cells.diagnosis import CellDiagnosis, CellFinding, WayDiagnosis
+from fastcal.cells.gap import gap_of
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
 from fastcal.cells.written import written_cell
-from fastcal.diagnosis import Diagnosis, diagnose
+from fastcal.diagnosis import diagnose
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Finding
 from fastcal.effects.entries import label, options_of, traits_of
-from fastcal.effects.rig_traits import BOARD_BEND, BOARD_SCALE, INTRINSICS, RIG_TRAITS
+from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, place_of
-from fastcal.robot.robot_spec import Entry, Spec
+from fastcal.robot.robot_spec import Entry
 
 Progress = Callable[[str], None]
 
-_LIKE_WEIGHTS = (
-    "the sensor stands on an arm that moves: what the weights of links bend and tilt there was not tried beside it"
-)
-_PLACED = ("on", "xyz_mm", "rpy_deg", "fixed", "intrinsics")  # what a way says otherwise, or asks for
 _FAST = 1.5  # cycles a turn of a joint, above which no weight that it carries goes round with it
-
-
-@dataclass(frozen=True, eq=False)
-class WayDiagnosis:
-    """One way, and what was found in it."""
-
-    way: Way
-    found: Diagnosis
-
-    @property
-    def joints(self) -> list[str]:
-        """As the cell calls joints 1 ... of the way."""
-        return [str(Place(arm.name, "joint", index + 1)) for arm, index in self.way.joints]
-
-    def mended(self, cell: Cell, finding: Finding) -> tuple[Cell, list[str]]:
-        """A cell with the lens or board that a cause of these mends; a note where its file cannot say it."""
-        if finding.effect not in (INTRINSICS, BOARD_SCALE, BOARD_BEND):
-            return cell, [f"{finding.label} is not in model.yaml: cells of several arms do not keep it"]
-        found = self.found.model.description
-        return replace(
-            cell,
-            cameras=_with_numbers(cell.cameras, found.cameras, finding.owner),
-            boards=_with_numbers(cell.boards, found.boards, finding.owner),
-        ), []
-
-
-@dataclass(frozen=True, eq=False)
-class CellFinding:
-    """A cause, its owner as the cell calls it.
-
-    Attributes:
-        finding: Of the way that shows it most clearly.
-        entry: Of that way's model; None where it is not in there.
-        seen_by: Targets whose readings name it.
-        not_seen_by: Targets that its place moves too, and whose readings do not.
-        like_weights: Could what the weights of links do, seen from an arm that moves, look like it?
-    """
-
-    finding: Finding
-    entry: Entry | None
-    seen_by: tuple[str, ...]
-    not_seen_by: tuple[str, ...] = ()
-    like_weights: bool = False
-
-    @property
-    def reasons(self) -> list[str]:
-        """Why the grade is not better."""
-        others = ", ".join(self.not_seen_by)
-        out = [*self.finding.reasons, *([f"it moves {others} too, and these readings do not name it"] * bool(others))]
-        return [*out, *([_LIKE_WEIGHTS] * self.like_weights)]
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """An entry of `effects`: that of the finding, and whose readings name it."""
-        whose = {"reasons": self.reasons, "seen_by": list(self.seen_by), "not_seen_by": list(self.not_seen_by)}
-        return self.finding.to_json_dict() | whose
-
-
-_LISTED = 4  # names of a sentence where most are no more than possible
-
-
-@dataclass(frozen=True, eq=False)
-class CellDiagnosis:
-    """What `diagnose_cell` found.
-
-    Attributes:
-        cell: As it is written: what predicts postures best that were held out.
-        effects: Of all ways, the clearest first.
-        gap: Before, with the geometry, and as it is written; empty where the geometry alone could not be fitted.
-    """
-
-    cell: Cell
-    ways: list[WayDiagnosis]
-    effects: list[CellFinding]
-    notes: list[str] = field(default_factory=list)
-    gap: list[CellStep] = field(default_factory=list)
-
-    @property
-    def told(self) -> tuple[list[CellFinding], int]:
-        """What a sentence lists: what is sure, and of the rest the clearest; and how many more there are."""
-        sure = [of for of in self.effects if of.finding.grade != "C"]
-        rest = [of for of in self.effects if of.finding.grade == "C"]
-        room = len(rest) if len(self.effects) <= _LISTED else max(_LISTED - 1 - len(sure), 0)
-        return [*sure, *rest[:room]], len(rest) - len(rest[:room])
-
-    @property
-    def verdict(self) -> str:
-        """none, named, one_of, several or unexplained, as of one arm."""
-        if any(each.found.unexplained is not None for each in self.ways):
-            return "unexplained"
-        if not self.effects:
-            return "none"
-        if len(self.effects) > 1:
-            return "several"
-        return "one_of" if self.effects[0].finding.equivalents else "named"
-
-    @property
-    def sentence(self) -> str:
-        """What was found, in words."""
-        listed, more = self.told
-        named = [f"{of.finding.label} (grade {of.finding.grade})" for of in listed]
-        named += [f"{more} more that are no more than possible (grade C)"] if more else []
-        rest = [
-            f"something remains in what was read of {each.way.name}, most of it at "
-            f"{each.way.owner(each.found.unexplained.owner)}"
-            for each in self.ways
-            if each.found.unexplained is not None
-        ]
-        if not named and not rest:
-            return "Nothing is missing that these readings could show above their noise."
-        text = "; ".join([*([f"Missing: {', '.join(named)}"] if named else []), *rest])
-        return f"{text[0].upper()}{text[1:]}."
-
-    @property
-    def rises(self) -> bool:
-        """Does a way's gap rise with what was found, on poses that were held out?"""
-        return any(each.found.judged_gap.rises for each in self.ways)
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """The content of diagnosis.json."""
-        rest = [each for each in self.ways if each.found.unexplained is not None]
-        return {
-            "verdict": self.verdict,
-            "sentence": self.sentence,
-            "effects": [of.to_json_dict() for of in self.effects],
-            "unexplained": _unexplained(rest[0]) if rest else None,
-            "untestable": self._untestable(),
-            "gap": [step.to_json_dict() for step in self.gap],
-            "ways": {each.way.name: _way_json(each) for each in self.ways},
-            "notes": self.notes,
-        }
-
-    def _untestable(self) -> list[dict[str, str]]:
-        """What no way can test, each once."""
-        tested = {
-            (of.effect, each.way.owner(of.owner)): {**vars(of), "owner": each.way.owner(of.owner)}
-            for each in self.ways
-            for of in each.found.untestable
-        }
-        return list(tested.values())
 
 
 def diagnose_cell(
@@ -207,6 +65,7 @@ def diagnose_cell(
         InvalidInput: As of `diagnose`, or a name to exclude is of no arm that was looked at.
     """
     notify = progress or (lambda text: None)
+    readings = readings.in_order
     names = _excluded([way for way, _, _ in data], exclude)
     ways = []
     for (way, rows, held), own in zip(data, names, strict=True):
@@ -226,14 +85,6 @@ def diagnose_cell(
     notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
     return CellDiagnosis(written, ways, effects, notes, gap_of(cell, written, readings, test, mend, threads))
-
-
-def _with_numbers(members: Mapping[str, Spec], found: Mapping[str, Spec], owner: str) -> dict[str, Spec]:
-    """Cameras or boards, that of a name with the numbers that were found, where it stood."""
-    if owner not in members or owner not in found:
-        return dict(members)
-    kept = {key: value for key, value in members[owner].items() if key in _PLACED}
-    return {**members, owner: {**found[owner], **kept}}
 
 
 def _excluded(ways: Sequence[Way], exclude: Collection[str]) -> list[list[str]]:
@@ -345,8 +196,7 @@ def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[Ce
         arm = next((arm for arm in way.arms if arm.name == place.arm), way.arms[-1])
         if of.entry is None:
             if of.finding.effect in RIG_TRAITS:
-                cell, told = seeing.mended(cell, of.finding)
-                notes += told
+                cell = seeing.mended(cell, of.finding.owner)
             continue
         if len(way.arms) > 1 and not _can_be_of_an_arm(of.entry):
             notes.append(
@@ -374,33 +224,3 @@ def _can_be_of_an_arm(entry: Entry) -> bool:
     """
     place, refers_to = place_of(entry["owner"]), traits_of(entry["effect"]).refers_to
     return refers_to == "axes" or (refers_to == "rows" and place.number > 0 and not options_of(entry))
-
-
-def _unexplained(each: WayDiagnosis) -> dict[str, Any]:
-    rest = each.found.unexplained
-    if rest is None:
-        raise ValueError(f"{each.way.name} leaves nothing unexplained")
-    return {
-        "owner": each.way.owner(rest.owner),
-        "share": rest.share,
-        "depends_on": [each.way.column(name) for name in rest.depends_on],
-        "added": rest.added,
-        "formulas": list(rest.formulas),
-        "way": each.way.name,
-    }
-
-
-def _way_json(each: WayDiagnosis) -> dict[str, Any]:
-    """What was found in one way: an entry of `ways`."""
-    found = each.found
-    return {
-        "arms": [arm.name for arm in each.way.arms],
-        "joints": each.joints,
-        "verdict": found.verdict,
-        "unexplained": None if found.unexplained is None else _unexplained(each),
-        "noise": {name: of.to_json_dict() for name, of in found.noise.items()},
-        "train": found.train.to_json_dict(),
-        "test": None if found.test is None else found.test.to_json_dict(),
-        "gap": [step.to_json_dict() for step in found.gap],
-        "outliers": found.outliers,
-    }

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,25 @@ def kinds_json(kinds: Mapping[str, KindErrors]) -> dict[str, Any]:
     return {name: of.to_json_dict() for name, of in kinds.items()}
 
 
+def unknowns_as_they_are(cell: Cell, readings: Readings) -> FloatArray:
+    """(U,) of the unknowns of what was read: 0 of cameras and boards, which stand where the cell has them.
+
+    Of other observations, as of a floor over which heights are read, the closed form by these readings.
+    """
+    parameters = readings.measured(cell).parameters
+    out = np.zeros(len(parameters))
+    own = [i for i, of in enumerate(parameters) if not is_of_rig(of)]
+    if own:
+        others = replace(readings, tables={name: of for name, of in readings.tables.items() if name != CORNERS})
+        out[own] = _core.start_unknowns(cell.model, others.samples(), others.measured(cell))
+    return out
+
+
+def is_of_rig(unknown: _core.Parameter) -> bool:
+    """Is an unknown that of a camera or board, whose numbers the cell's file has?"""
+    return unknown.owner.partition(" ")[0] in ("camera", "board")
+
+
 def _numbers(cell: Cell, readings: Readings) -> dict[Kind, FloatArray]:
     """(N, views, c) of each kind."""
     found: dict[Kind, list[FloatArray]] = {}
@@ -59,7 +79,7 @@ def _numbers(cell: Cell, readings: Readings) -> dict[Kind, FloatArray]:
 def _views(cell: Cell, readings: Readings) -> dict[str, tuple[Kind, FloatArray]]:
     """Kind and numbers (N, readings, c) of each view; corners of each camera and board are one."""
     model, measured = cell.model, readings.measured(cell)
-    as_it_is = np.append(np.asarray(model.start), np.zeros(len(measured.parameters)))
+    as_it_is = np.append(np.asarray(model.start), unknowns_as_they_are(cell, readings))
     r = np.asarray(_core.residuals(model, readings.samples(), measured, as_it_is))
     out = {}
     for of in measured.observations:

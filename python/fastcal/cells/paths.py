@@ -74,6 +74,10 @@ class Way:
         values = {self.told(name): value for name, value in entry.get("parameters", {}).items()}
         return {**entry, "effect": self.told(entry["effect"]), "parameters": values}
 
+    def told_member(self, name: str, entry: Spec) -> Spec:
+        """A camera or board of `robot` as the cell has it."""
+        raise ValueError(f"nothing is seen on the way to {self.name}, {name} neither: {entry}")
+
     @cached_property
     def robot(self) -> Robot:
         """The way as one serial arm whose tool is the target. InvalidInput where an arm cannot be a part of one."""
@@ -120,6 +124,8 @@ class Way:
         own = [names.index(arm.joint_columns[index][0]) for arm, index in self.joints]
         fields = ("position", "rotation", "sigma_position", "sigma_rotation")
         given: dict[str, Any] = {field: readings.tables.get(f"{field}@{self.name}") for field in fields}
+        seen = {name.partition("@")[0]: of for name, of in readings.tables.items() if name.endswith(f"@{self.name}")}
+        given["observed"] = {field: table for field, table in seen.items() if field not in fields}
         return Dataset.from_arrays(np.ascontiguousarray(readings.q[:, own]), source=readings.source, **given)
 
     @cached_property

@@ -46,3 +46,10 @@ def pose_joints(p: FloatArray, wxyz: FloatArray) -> FloatArray:
     """(N, 6) joint positions of flange poses: places (N, 3) [m] and unit quaternions (N, 4)."""
     rpy = np.array([_core.rotation_to_rpy(np.asarray(_core.quaternion_to_rotation(q))) for q in wxyz]).reshape(-1, 3)
     return np.column_stack([p, rpy[:, ::-1]])
+
+
+def turned_joints(q: FloatArray, by: FloatArray) -> FloatArray:
+    """(N, 6) joint positions of flange poses that are turned by a rotation vector (3,) [rad] in the flange's axes."""
+    turn = np.asarray(_core.exp_so3(by))
+    rotations = [np.asarray(_core.rpy_to_rotation(rpy)) @ turn for rpy in q[:, :2:-1]]
+    return np.column_stack([q[:, :3], [np.asarray(_core.rotation_to_rpy(R))[::-1] for R in rotations]])

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, IntArray
+from fastcal.calibration.moving_rig import Postures, moving_rig
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell, Distance
-from fastcal.robot.rig import pictures
+from fastcal.robot.rig import has_rig, pictures
 from fastcal.units import to_si
 
 
@@ -28,12 +29,16 @@ class Readings:
             and `sigma_corner` are of all pictures of a posture.
         source: The file.
         notes: What a reader should know, a sentence each.
+        speed: (N, n) of the joints when a posture was read [rad/s, m/s], NaN where unknown.
+        row: (N,) place in the order of measuring among the postures that a cell is fitted to; None: not known.
     """
 
     q: FloatArray
     tables: dict[str, FloatArray]
     source: str
     notes: tuple[str, ...] = ()
+    speed: FloatArray | None = None
+    row: IntArray | None = None
 
     def __len__(self) -> int:
         return len(self.q)
@@ -47,7 +52,13 @@ class Readings:
     def pick(self, rows: NDArray[np.intp]) -> Readings:
         """Some rows."""
         tables = {name: np.ascontiguousarray(table[rows]) for name, table in self.tables.items()}
-        return replace(self, q=np.ascontiguousarray(self.q[rows]), tables=tables)
+        speed, row = (None if of is None else np.ascontiguousarray(of[rows]) for of in (self.speed, self.row))
+        return replace(self, q=np.ascontiguousarray(self.q[rows]), tables=tables, speed=speed, row=row)
+
+    @property
+    def in_order(self) -> Readings:
+        """As they were measured, one after the other."""
+        return self if self.row is not None else replace(self, row=np.arange(len(self)))
 
     def without(self, rows: Mapping[str, Sequence[int]]) -> Readings:
         """Without what was read of some views in some rows."""
@@ -67,7 +78,14 @@ class Readings:
         tables = dict(self.tables)
         for known in cell.distances:
             tables |= _known(cell, known, len(self))
-        return _core.Measurements(cell.core, len(self), tables, {}, cell.rig)
+        return _core.Measurements(cell.core, len(self), tables, {}, self._rig(cell))
+
+    def _rig(self, cell: Cell) -> _core.Rig:
+        """The cameras and boards of a cell, as they stand or move in each posture."""
+        if not has_rig(cell):
+            return cell.rig
+        postures = Postures(self.q, cell.gravity, cell.frames_at, self.speed, self.row)
+        return moving_rig(cell.rig, cell, postures)
 
     def sights(self, cell: Cell) -> list[str]:
         """TARGET:SENSOR, frames of the cell, of all that tells one from the other: `views`, lengths and pictures."""

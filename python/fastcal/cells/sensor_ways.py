@@ -24,12 +24,14 @@ from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.branches import loaded
+from fastcal.cells.carried_rig import seen_from
 from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.readings import Readings
 from fastcal.conversion.chain import Body, Chain, chain_of
 from fastcal.conversion.joined import joined, moved, piece
 from fastcal.effects.entries import effect_names, traits_of
+from fastcal.effects.rig_traits import BRACKET_SAG
 from fastcal.effects.traits import Traits
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -143,10 +145,9 @@ class SensorWay(Way):
         return ends[name] if name in ends else super().owner(name)
 
     @cached_property
-    def robot(self) -> Robot:
-        """The way as one serial arm. InvalidInput where an arm cannot be a part of one."""
-        place = np.eye(4) if self.has_pictures else pose(self.sensor.place)
-        T, specs = inverse(place), list[Spec]()
+    def _chain(self) -> tuple[Spec, FloatArray]:
+        """Its joints as one spec without ends, and (4, 4) where the frame at the way's end is on the last link."""
+        T, specs = inverse(self._place), list[Spec]()
         for step in self.steps:
             base = pose(vars(step.arm.robot.description.base))
             T = T @ base if step.enters else T
@@ -156,19 +157,45 @@ class SensorWay(Way):
                 T = np.eye(4)
             T = T @ inverse(base) if step.leaves else T
         out = joined(specs, self.name)
-        out["gravity_m_s2"] = (place[:3, :3].T @ np.asarray(out["gravity_m_s2"], dtype=float)).tolist()
+        out["gravity_m_s2"] = (self._place[:3, :3].T @ np.asarray(out["gravity_m_s2"], dtype=float)).tolist()
+        return out, T
+
+    @property
+    def _place(self) -> FloatArray:
+        """(4, 4) of what the way begins at, on its frame."""
+        return np.eye(4) if self.has_pictures else pose(self.sensor.place)
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The way as one serial arm. InvalidInput where an arm cannot be a part of one."""
+        out, T = self._chain
         if not self.has_pictures:
             return Robot({**out, "tool": frame_spec(T @ pose(self.target.place))})
         return Robot({**out, "tool": frame_spec(np.eye(4)), **self._rig(T)})
 
     def _rig(self, T_end: FloatArray) -> Spec:
         """The camera and the board, the one on the measuring frame, the other on the flange."""
-        from_board = self.board is not None and place_of(self.board["on"]) == place_of(self._root)
         camera, board = dict(self.camera or {}), dict(self.board or {})
-        end, root = (camera, board) if from_board else (board, camera)
-        root["on"] = _ROOT
-        end |= {"on": _END, **frame_spec(T_end @ pose(end))}
+        if not self.stands and any(key.startswith("sag") for key in camera):
+            raise InvalidInput(
+                f"the mount of {self.sensor.name} gives under its own weight, which a way between two frames that move "
+                "cannot bring along"
+            )
+        if self._from_board:
+            board["on"], camera = _ROOT, {**seen_from(camera, T_end), "on": _END}
+        else:
+            camera["on"], board = _ROOT, {**seen_from(board, T_end), "on": _END}
         return {"cameras": {self.sensor.name: camera}, "boards": {self.target.name: board}}
+
+    def told_member(self, name: str, entry: Spec) -> Spec:
+        """The camera or board of `robot` on the cell's own frame."""
+        is_end = (name == self.sensor.name) == self._from_board
+        return seen_from(entry, inverse(self._chain[1])) if is_end else entry
+
+    @property
+    def _from_board(self) -> bool:
+        """Does the way begin at the board?"""
+        return self.board is not None and place_of(self.board["on"]) == place_of(self._root)
 
     @property
     def _root(self) -> str:
@@ -201,10 +228,11 @@ class SensorWay(Way):
 
     @property
     def not_tried(self) -> list[str]:
-        """Effects that follow the loads of an arm that stands, where the way begins on a link that moves."""
+        """What follows the loads of an arm, or mount, that stands, where the way begins on a link that moves."""
         if self.stands:
             return []
-        return [name for name in effect_names() if not _goes_without_loads(traits_of(name))]
+        names = [name for name in effect_names() if not _goes_without_loads(traits_of(name))]
+        return [*names, BRACKET_SAG] if self.has_pictures else names
 
     def measured(self, cell: Cell, data: Dataset, readings: Readings) -> Dataset:
         """The way's rows with its corners, and, where it moves, the gravity torques of its joints as `current`.

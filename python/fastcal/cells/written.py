@@ -3,32 +3,63 @@
 """The model that a cell's diagnosis writes: what its ways found, as far as postures held out bear it out together.
 
 Each way is judged by its own readings. Put together, curves of two ways over one joint, or names that are no more than
-their place, may predict worse than none; so the cell without them, and what anyone would try, are tried beside it.
+their place, may predict worse than none; so the cell without them, and what anyone would try, are tried beside it. And
+no way is written with what predicts it worse than its frames alone, which are where its members stand with the arms as
+their files say: the arms that move it and nothing else are then left without what was found of them, or as they are.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.cells.asked import with_effects
+from fastcal.cells.asked import arms_between, with_effects
 from fastcal.cells.calibrate import CellResult, calibrate_cell
 from fastcal.cells.cell import Arm, Cell
-from fastcal.cells.errors import kind_errors
+from fastcal.cells.errors import view_errors
 from fastcal.cells.readings import Readings
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
 from fastcal.effects.traits import Traits
 from fastcal.errors import FastcalError, InvalidInput
 
-_FOLDS, _HELD = 4, 2  # parts of the postures, and how many of them are held out, one after the other
+_FOLDS = 4  # parts of the postures, each held out once
+_MANY, _HELD = 200, 2  # postures, of which so many parts are enough
 _SEED = 7
 _LESS = 0.95  # of the mean square of what was found: what is written in its place must be that much better
 _NOTE = "model.yaml has {}: so the cell predicts postures that were held out better than with all that was found"
+_HELD_NOTE = (
+    "model.yaml has {arms} {kept}: with more the cell predicts what was held out of {views} worse than with all arms "
+    "as their files say"
+)
 _FAR = 10.0  # medians of the plain cell's errors: what is farther counts as that far, so that gross rows do not decide
+_CHANCE = 2.0  # standard errors of a mean square's difference, below which one kind of a view is no worse
+
+
+@dataclass(frozen=True, eq=False)
+class _Try:
+    """A cell that may be written.
+
+    Attributes:
+        cell: Before its fit.
+        effects: Are those of its arms identified too?
+        arms: Whose numbers are; of others only where they stand. None: of all.
+    """
+
+    cell: Cell
+    effects: bool = False
+    arms: frozenset[str] | None = None
+
+    def fitted(self, readings: Readings, options: Mapping[str, Any]) -> CellResult:
+        """With its effects as all readings together have them, or else as the ways found them."""
+        if self.effects:
+            found = calibrate_cell(self.cell, readings, effects=True, arms=self.arms, **options)
+            if found.status == "converged":
+                return found
+        return calibrate_cell(self.cell, readings, arms=self.arms, **options)
 
 
 def written_cell(
@@ -47,26 +78,31 @@ def written_cell(
         plain: As its file says.
         found: The same with what its ways found, as they found it.
         readings: All that was read.
-        is_sure: Is none of this a mere place? Then nothing is tried beside it, where it has no curves.
+        is_sure: Is none of this a mere place? Then only its frames alone are tried beside it, where it has no curves.
         exclude: Effects that are not to be in it.
         mend: As of `calibrate_cell`.
         threads: Cores.
     """
     options: dict[str, Any] = {"mend": mend, "threads": threads}
-    if found is plain:
-        return calibrate_cell(plain, readings, **options).cell, []
+    tried = {"": _Try(found, found is not plain)}
     bare = replace(found, arms=tuple(_without_curves(arm, plain.arm(arm.name)) for arm in found.arms))
-    tried = {"none of what was found": plain, **_yielding(plain, exclude), "no curve": bare, "": found}
-    if _entries(bare) == _entries(found):
-        del tried["no curve"]
-        if is_sure:
-            return _fitted(found, plain, readings, options).cell, []
-    best = _best(tried, readings, options)
-    there = _fitted(tried[best], plain, readings, options).cell
-    return there, [_NOTE.format(best)] if best else []
+    has_curves = _entries(bare) != _entries(found)
+    if found is not plain and (has_curves or not is_sure):
+        tried = {"none of what was found": _Try(plain), **_yielding(plain, exclude)}
+        tried |= {"no curve": _Try(bare, True)} if has_curves else {}
+        tried[""] = _Try(found, True)
+    held_out = _HeldOut(readings, options)
+    try:
+        frames = held_out.errors(_Try(plain, arms=frozenset()))
+        errors = {name: held_out.errors(each) for name, each in tried.items()}
+    except FastcalError:  # so few postures that a part of them fixes no cell
+        return tried[""].fitted(readings, options).cell, []
+    best = _best(errors)
+    chosen, said = _no_worse(tried[best], plain, held_out, frames, errors[best])
+    return chosen.fitted(readings, options).cell, [*([_NOTE.format(best)] if best else []), *said]
 
 
-def _yielding(plain: Cell, exclude: Collection[str]) -> dict[str, Cell]:
+def _yielding(plain: Cell, exclude: Collection[str]) -> dict[str, _Try]:
     """What anyone would try where the files have masses: all joints yield, and their bearings too."""
     if not any(joint.mass_kg > 0 for arm in plain.arms for joint in arm.robot.joints):
         return {}
@@ -76,9 +112,10 @@ def _yielding(plain: Cell, exclude: Collection[str]) -> dict[str, Cell]:
         tried = [name for name in effect_names() if name not in exclude and _is_plain(traits_of(name), follows)]
         names += [name for name in tried if any(effect_owners(name, arm.robot.core) for arm in plain.arms)]
         try:
-            out[f"{' and '.join(names)} of all joints"] = with_effects(plain, ",".join(["geometry", *names]))
+            there = with_effects(plain, ",".join(["geometry", *names]))
         except InvalidInput:
             continue  # postures of this cell cannot tell it
+        out[f"{' and '.join(names)} of all joints"] = _Try(there, True)
     return out
 
 
@@ -87,40 +124,94 @@ def _is_plain(traits: Traits, follows: str) -> bool:
     return of_joint and traits.depends_on == (follows,) and not traits.generalizes
 
 
-def _fitted(cell: Cell, plain: Cell, readings: Readings, options: dict[str, Any]) -> CellResult:
-    """With the numbers of its effects as all readings together have them, or else as the ways found them."""
-    if cell is not plain:
-        found = calibrate_cell(cell, readings, effects=True, **options)
-        if found.status == "converged":
-            return found
-    return calibrate_cell(cell, readings, **options)
+@dataclass(frozen=True, eq=False)
+class _HeldOut:
+    """Readings, parts of which are held out of the fit, one after the other."""
+
+    readings: Readings
+    options: dict[str, Any]
+
+    def errors(self, of: _Try) -> dict[str, FloatArray]:
+        """(N,) of each view, such as `position@smr:camera`, the size of its errors in postures it was not fitted to."""
+        count = len(self.readings)
+        folds = np.array_split(np.random.default_rng(_SEED).permutation(count), _FOLDS)
+        out: dict[str, FloatArray] = {}
+        for fold in folds[: _HELD if count > _MANY else _FOLDS]:
+            held = self.readings.pick(np.sort(fold))
+            kept = self.readings.pick(np.setdiff1d(np.arange(count), fold))
+            for view, each in view_errors(of.fitted(kept, self.options).cell, held).items():
+                out[view] = np.concatenate([out.get(view, np.zeros(0)), each.after.ravel()])
+        return out
 
 
-def _best(cells: Mapping[str, Cell], readings: Readings, options: dict[str, Any]) -> str:
-    """Which cell predicts postures best that it was not fitted to; "", what was found, where none is clearly better."""
-    folds = np.array_split(np.random.default_rng(_SEED).permutation(len(readings)), _FOLDS)[:_HELD]
-    errors: dict[str, dict[str, FloatArray]] = {name: {} for name in cells}
-    plain = next(iter(cells.values()))
-    for fold in folds:
-        held = readings.pick(np.sort(fold))
-        kept = readings.pick(np.setdiff1d(np.arange(len(readings)), fold))
-        for name, cell in cells.items():
-            own = errors[name]
-            try:
-                fitted = _fitted(cell, plain, kept, options).cell
-            except FastcalError:
-                return ""  # so few postures that a part of them fixes no cell
-            for kind, of in kind_errors(fitted, held).items():
-                own[kind] = np.concatenate([own.get(kind, np.zeros(0)), of.after.ravel()])
-    costs, count = dict.fromkeys(cells, 0.0), 0
-    for kind, first in next(iter(errors.values())).items():
-        far = _FAR * float(np.nanmedian(first))
-        for name in cells:
-            square = float(np.nanmean(np.minimum(errors[name][kind], far) ** 2))
-            costs[name] += np.count_nonzero(np.isfinite(first)) * float(np.log(max(square, 1e-300)))
-        count += int(np.count_nonzero(np.isfinite(first)))
+def _squares(view: str, errors: dict[str, FloatArray], first: dict[str, FloatArray]) -> FloatArray:
+    """(n,) of what was read of a view, none farther than _FAR medians of the `first` errors."""
+    own = errors[view][np.isfinite(errors[view])]
+    return np.asarray(np.minimum(own, _FAR * float(np.nanmedian(first[view]))) ** 2)
+
+
+def _cost(views: Collection[str], errors: dict[str, FloatArray], first: dict[str, FloatArray]) -> float:
+    """-2 log likelihood of some views, the noise of each kind being what its errors are."""
+    kinds: dict[str, list[FloatArray]] = {}
+    for view in views:
+        kinds.setdefault(view.partition("@")[0], []).append(_squares(view, errors, first))
+    every = [np.concatenate(parts) for parts in kinds.values()]
+    return sum(len(squares) * float(np.log(max(squares.mean(), 1e-300))) for squares in every if len(squares))
+
+
+def _best(errors: dict[str, dict[str, FloatArray]]) -> str:
+    """What predicts best postures it was not fitted to; "", what was found, where none is clearly better."""
+    first = next(iter(errors.values()))
+    costs = {name: _cost(first.keys(), of, first) for name, of in errors.items()}
     best = min(costs, key=lambda name: costs[name])
+    count = sum(int(np.isfinite(of).sum()) for of in first.values())
     return best if costs[best] < costs[""] + count * np.log(_LESS) else ""
+
+
+def _no_worse(
+    of: _Try, plain: Cell, held_out: _HeldOut, frames: dict[str, FloatArray], errors: dict[str, FloatArray]
+) -> tuple[_Try, list[str]]:
+    """The same with no view worse than with its frames alone, and a note on what was left out for that.
+
+    Args:
+        of: What predicts best as a whole.
+        plain: The cell as its file says.
+        held_out: The readings.
+        frames: Errors with all arms as their files say.
+        errors: Those of `of`.
+    """
+    everyone = frozenset(arm.name for arm in of.cell.arms)
+    moving = {sight: arms_between(plain, sight) for sight in {view.partition("@")[2] for view in frames}}
+    held, worse = frozenset[str](), set[str]()
+    while now := _worse(errors, frames) - worse:
+        worse |= now
+        own, others = (frozenset().union(*(moving[each] for each in sights)) for sights in (now, moving.keys() - worse))
+        held |= (own - others) or own
+        arms = tuple(plain.arm(arm.name) if arm.name in held else arm for arm in of.cell.arms)
+        without = replace(of, cell=replace(of.cell, arms=arms))
+        as_said = replace(without, arms=everyone - held)
+        for tried in (without, as_said) if _entries(without.cell) < _entries(of.cell) else (as_said,):
+            of, errors = tried, held_out.errors(tried)
+            if not _worse(errors, frames):
+                break
+    if not worse:
+        return of, []
+    kept = "without what was found of it" if of.arms is None else "as its file says"
+    return of, [_HELD_NOTE.format(arms=" and ".join(sorted(held)), kept=kept, views=", ".join(sorted(worse)))]
+
+
+def _worse(errors: dict[str, FloatArray], frames: dict[str, FloatArray]) -> set[str]:
+    """Sights, TARGET:SENSOR, that are predicted worse than by frames alone, as a whole or, beyond chance, in a kind."""
+    sights: dict[str, list[str]] = {}
+    for view in frames.keys() & errors.keys():
+        sights.setdefault(view.partition("@")[2], []).append(view)
+    out = set()
+    for sight, views in sights.items():
+        lost = [_squares(view, errors, frames) - _squares(view, frames, frames) for view in views]
+        beyond = any(of.mean() > _CHANCE * of.std() / np.sqrt(len(of)) for of in lost if len(of))
+        if beyond or _cost(views, errors, frames) > _cost(views, frames, frames):
+            out.add(sight)
+    return out
 
 
 def _without_curves(arm: Arm, before: Arm) -> Arm:

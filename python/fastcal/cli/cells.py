@@ -148,6 +148,7 @@ def diagnose_cell(
 def check_cell(
     model: str,
     data: list[Path],
+    corners: Path | None,
     output: Path | None,
     tolerance: float | None,
     as_read: bool,
@@ -158,15 +159,34 @@ def check_cell(
     """Holds a cell against new postures; `given`: as for `calibrate_cell`."""
     from fastcal.cells.branches import ways_of
     from fastcal.cells.check import check_cell as checked
+    from fastcal.cells.check import checked_ways
+    from fastcal.cells.whole_check import check_whole
+    from fastcal.importers.corners import load_seen_readings
     from fastcal.io.tree_file import load_cell
-    from fastcal.io.tree_readings import load_readings
     from fastcal.io.way_readings import way_datasets
-    from fastcal.report.cell_check_report import write_cell_check
+    from fastcal.report.cell_check_report import write_cell_check, write_whole_check
 
     refuse(given)
     cell = load_cell(model)
-    readings = load_readings(_one(data), cell)
-    ways = ways_of(cell, readings.views)
+    readings = load_seen_readings(_one(data), cell, corners)
+    ways = checked_ways(cell, readings)
+    if not ways and cell.record is not None:
+        refuse({"--as-read": (as_read, False)})
+        with progress() as show:
+            show("checking")
+            whole = check_whole(cell, readings, tolerance=tolerance, threads=threads)
+        if output is not None:
+            write_whole_check(whole, output, language=language)
+        warn(whole.notes)
+        say(whole.sentence)
+        for of in whole.kinds.values():
+            if (after := of.statistics[1]) is not None:
+                say(f"{of.kind.plural}: RMS {of.kind.text(after.rms)}")
+        if whole.blind:
+            say(f"not seen by these readings: {', '.join(whole.blind)}")
+        _end_check(whole.to_json_dict(), whole.verdict, whole.within)
+        return
+    ways = ways or ways_of(cell, readings.views)
     rows = way_datasets(_one(data), cell, ways, readings)
     with progress() as show:
         show("checking")
@@ -180,10 +200,14 @@ def check_cell(
         main = each.found.main
         rms, expected = main.kind.text(each.found.rms), main.kind.text(each.found.expected_rms)
         say(f"{each.way.name}: {each.found.verdict.replace('_', ' ')}; RMS {rms}, expected {expected}")
-    emit(found.to_json_dict())
-    if found.verdict == "cannot_tell":
+    _end_check(found.to_json_dict(), found.verdict, found.within_tolerance)
+
+
+def _end_check(content: dict[str, Any], verdict: str, within: bool | None) -> None:
+    emit(content)
+    if verdict == "cannot_tell":
         raise typer.Exit(CANNOT_TELL)
-    if found.verdict == "changed" or found.within_tolerance is False:
+    if verdict == "changed" or within is False:
         raise typer.Exit(CHANGED)
 
 

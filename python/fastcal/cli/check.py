@@ -81,11 +81,10 @@ def check(
             "--surroundings": (surroundings, None),
             "--language": (language, None),
             "--files": (files, None),
-            "--corners": (corners, None),
             "--tracker": (tracker, None),
             **not_given(who),
         }
-        check_cell(model, data or [], output, tolerance, as_read, threads, page_language, only_of_arms)
+        check_cell(model, data or [], corners, output, tolerance, as_read, threads, page_language, only_of_arms)
         return
     if Path(model).is_dir():
         _refuse_of_one_arm(model, data, plan, tracker)

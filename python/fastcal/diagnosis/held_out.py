@@ -7,6 +7,7 @@ With A the whitened rows with their priors, F the fitted rows of the other folds
 Geometry that is pulled beside curves is pulled to what the other folds alone make of it without the curves: its fit to
 all rows has seen the fold.
 Every measured row is predicted, also those that the fit leaves out: a model may not win by leaving out what it misses.
+Where a place is that none of the fitted rows touch, its own rows say (`touched_places`).
 A gross row counts, but decides nothing: beyond LOSS_SIZE typical rows its loss grows with its size and no more with the
 square (P. Huber 1964).
 """
@@ -23,6 +24,7 @@ from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parallel import each
 from fastcal.calibration.pose_folds import measuring_place, pose_folds
 from fastcal.calibration.repeatability import place_groups
+from fastcal.calibration.touched_places import beside_own
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.noise_scales import first_kind, numbers_of, sigmas
@@ -41,7 +43,9 @@ POSITION_BINS = 40
 
 STRETCHES = "stretches"  # of the order of measuring: an owner of folds
 REGIONS = "regions"  # of the workspace, another one
+PLACES = "places"  # sockets, balls or planes that are touched, each held out whole: a third one
 _RIDGE = 1e-10  # on unit columns: for those that the others span
+_UNSEEN = 1e-9  # of the squares of a unit column, by rows that do not show it: rounding
 
 
 def folds(problem: Problem, owner: str | None = None) -> NDArray[np.intp]:
@@ -52,7 +56,11 @@ def folds(problem: Problem, owner: str | None = None) -> NDArray[np.intp]:
     """
     measured = problem.data.measured
     out = np.full(len(measured), -1, dtype=np.intp)
-    out[measured] = fold_of(problem.data.select(measured), owner)
+    if owner == PLACES and problem.touched is not None:
+        places = int(problem.touched.max()) + 1
+        out[measured] = deal(places, rules.FOLDS, np.random.default_rng(0))[problem.touched[measured]]
+    else:
+        out[measured] = fold_of(problem.data.select(measured), owner)
     return out[problem.used]
 
 
@@ -114,7 +122,7 @@ class HeldOut:
         more: (m, k) further columns over the numbers and priors of the fit, after its own; the rows that it leaves out
             are not predicted then.
         owner: A joint: the folds hold out its positions. STRETCHES: parts of the order of measuring. REGIONS: of the
-            workspace.
+            workspace. PLACES: that are touched.
         as_measured: Judge the rows as they were measured, where the fit takes out what noise with a memory shares: so
             that fits of different noise compare.
     """
@@ -162,6 +170,8 @@ class HeldOut:
         self._others = [whole - own for own in normal]
         self._is_pulled = np.zeros(A.shape[1], dtype=bool)
         self._is_pulled[: len(at.free)] = np.isfinite(at.pull[at.free])
+        self._of_places = np.zeros(A.shape[1], dtype=bool)
+        self._of_places[: len(at.free)] = np.array(at.free) >= len(at.model.parameters)
         self._beside = [i for name in at.added if name.traits.role == "curve" for i in at.columns(name)]
         self._beside += range(len(at.free), A.shape[1])
         self._slack = np.ones(A.shape[1])  # of a prior and a pull, the prior's part
@@ -191,7 +201,8 @@ class HeldOut:
             out, step = self._numbers[k], np.zeros(A.shape[1])
             right = whole - g[k] + self._prior**2 * centres[k]
             step[kept] = _solved(self._others[k], right, kept)
-            return np.asarray(left[out] - B[out] @ step)
+            own = self._of_places & (np.diag(self._others[k]) - self._prior**2 < _UNSEEN)
+            return beside_own(left[out] - B[out] @ step, B[out][:, own])
 
         return np.concatenate(each(of_fold, range(rules.FOLDS)))
 

@@ -6,7 +6,7 @@ Plain models are base and tool alone, the geometry, and the geometry with the co
 joint, or with compliance and curves; by themselves and beside the names, where rows are few with the geometry held near
 nominal as well (`held_arm`), all by least squares of all rows as well as without the rows and the memory of the noise
 that the diagnosis takes out. Rows are held out by poses, by stretches of the order of measuring and by regions
-of the workspace, and judged as they were measured, whatever noise a fit assumes.
+of the workspace, touches of unknown places by places, and judged as they were measured, whatever noise a fit assumes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_arm import arm_size, holding
-from fastcal.diagnosis.held_out import REGIONS, STRETCHES, HeldOut, gain, positions
+from fastcal.diagnosis.held_out import PLACES, REGIONS, STRETCHES, HeldOut, gain, positions
 from fastcal.diagnosis.library import Hypothesis, is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, Reason
@@ -55,6 +55,7 @@ class Judged:
         lead: Share by which it leaves less of what held-out rows are off by, squared, than what was found.
         has_surrogate: Is it written for what it leaves as a smooth function?
         is_chosen: Has it a part of the laws of all joints, those that help to predict the rows held out?
+        elsewhere: (N,) the same of touches, whole places held out; None where there are no places.
     """
 
     model: Model
@@ -64,6 +65,7 @@ class Judged:
     lead: float = 0.0
     has_surrogate: bool = False
     is_chosen: bool = False
+    elsewhere: FloatArray | None = None
 
     @property
     def holds_the_arm(self) -> bool:
@@ -139,7 +141,8 @@ def _where(owners: Sequence[str], joints: int) -> str:
 def judged(model: Model, *, is_plain: bool, by_least_squares: bool = False) -> Judged:
     """A model with its held-out rows."""
     kinds = (HeldOut(model.fit, owner=owner, as_measured=True).squares() for owner in JUDGED)
-    return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares)
+    there = None if model.fit.problem.touched is None else HeldOut(model.fit, owner=PLACES, as_measured=True).squares()
+    return Judged(model, np.mean(list(kinds), axis=0), is_plain, by_least_squares, elsewhere=there)
 
 
 def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
@@ -149,7 +152,8 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     something `remains` curves are tried too, and one standard error decides, as always for what only holds the arm: it
     is simpler. Else MIN_GAIN of them; MIN_SEARCHED_GAIN for laws of some joints, since the best of many parts seems to
     gain by chance, and UNNAMED_LEAD for curves. Where something remains and rows fix the arm badly, what is written
-    must lead the one held near nominal by MIN_SEARCHED_GAIN; names that explain all need not.
+    must lead the one held near nominal by MIN_SEARCHED_GAIN; names that explain all need not. Of touches of unknown
+    places nothing is written that predicts places held out worse than the best of the arms held near nominal do.
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
@@ -163,12 +167,26 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     simple = None if rivals.arm_size is None or not remains else _simplest(plain, own)
     if simple is not None and not chosen.is_as_simple and not _beats(chosen, simple, rules.MIN_SEARCHED_GAIN):
         chosen = simple  # few rows, or many of one place, may be met by any model
+    chosen = no_worse_elsewhere(chosen, plain)
     return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
 
 
 def _simplest(plain: Sequence[Judged], own: Judged) -> Judged:
     """Of base and tool alone and the geometry held near nominal, what predicts best."""
     return min((one for one in plain if one.is_as_simple), key=lambda one: -gain(one.squares, own.squares)[0])
+
+
+def no_worse_elsewhere(chosen: Judged, plain: Sequence[Judged]) -> Judged:
+    """The chosen model, or the arm held near nominal that predicts touches of places held out best and better."""
+    if chosen.elsewhere is None:
+        return chosen
+    less = [
+        (gain(one.elsewhere, chosen.elsewhere)[0], k)
+        for k, one in enumerate(plain)
+        if one.is_as_simple and one.elsewhere is not None
+    ]
+    most, k = max(less, default=(0.0, 0))
+    return plain[k] if most > 0 else chosen
 
 
 def _beats(one: Judged, other: Judged, errors: float) -> bool:

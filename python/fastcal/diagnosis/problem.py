@@ -18,6 +18,7 @@ from fastcal.calibration.options_from_data import with_reference
 from fastcal.calibration.parallel import each
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.tall import moved
+from fastcal.calibration.touched_places import touched_places
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.diagnosis.generic import Known
 from fastcal.diagnosis.library import Exclusion, Hypothesis, without_masses
@@ -133,6 +134,11 @@ class Problem:
     def own(self) -> int:
         """Parameters of the robot itself."""
         return len(self.start.model.robot.parameters)
+
+    @cached_property
+    def touched(self) -> NDArray[np.intp] | None:
+        """(N,) place that each row of `data` touches; None where no places are held out (`touched_places`)."""
+        return touched_places(self.data, measurements(self.data, self.start.robot))
 
     @property
     def has_nominal_arm(self) -> bool:

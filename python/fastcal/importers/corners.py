@@ -28,6 +28,15 @@ from fastcal.robot.rig import SQUARES, Seeing, corner_counts, has_rig, pictures
 from fastcal.robot.robot import Robot
 
 COLUMNS = ("row", "camera", "board", "corner", "u_px", "v_px")
+# What other programs call them, where no column has our own name; a camera or board that is the only one needs none.
+_ALSO = {
+    "row": ("image", "frame", "picture", "pose", "view", "image_id", "frame_id", "pose_id", "img"),
+    "camera": ("cam", "camera_id", "cam_id"),
+    "board": ("target",),
+    "corner": ("corner_id", "id", "charuco_id", "point", "point_id", "index"),
+    "u_px": ("u", "x_px", "x", "px", "u_pixel"),
+    "v_px": ("v", "y_px", "y", "py", "v_pixel"),
+}
 _MOST = 2**31  # more counts nothing
 _BEYOND = 0.5  # of the picture's size: a corner that far out is none of this picture
 
@@ -66,7 +75,7 @@ def with_corners(data: Dataset, path: str | os.PathLike[str], robot: Robot) -> D
     Args:
         data: The poses, one row a posture.
         path: A table with the columns row, camera, board, corner, u_px, v_px and, where known, sigma_px; `row` counts
-            the data rows of the poses from 0.
+            the data rows of the poses from 0. A cell's only camera or board needs no column.
         robot: The arm with its cameras and boards.
 
     Raises:
@@ -129,17 +138,15 @@ def picture_files(path: str | os.PathLike[str] | None) -> dict[tuple[int, str], 
 
 
 def _corners(table: Table, rig: Seeing, rows: int) -> Corners:
-    place = {name: k for k, name in enumerate(table.names)}
-    missing = [name for name in COLUMNS if name not in place]
-    if missing:
-        raise table.error(
-            f"column '{missing[0]}' is missing; expected {', '.join(COLUMNS)}, got {', '.join(table.names)}"
-        )
+    place, notes = _places(table, rig)
     row, corner = (_whole(table, place[name]) for name in ("row", "corner"))
+    if table.names[place["row"]] != "row" and len(row) and row.min() == 1 and row.max() == rows:
+        row -= 1
+        notes = (*notes, f"its {table.names[place['row']]} counts from 1: 1 is the first row of the poses")
     if (bad := np.flatnonzero((row < 0) | (row >= rows))).size:
         raise table.error(f"row must be 0 to {rows - 1}, as the poses have {rows} rows, got {row[bad[0]]}", int(bad[0]))
-    camera = _named(table, place["camera"], list(rig.cameras), "camera")
-    board = _named(table, place["board"], list(rig.boards), "board")
+    camera = _named(table, place.get("camera"), list(rig.cameras), "camera")
+    board = _named(table, place.get("board"), list(rig.boards), "board")
     counts = np.array(corner_counts(rig))[board]
     if (bad := np.flatnonzero((corner < 0) | (corner >= counts))).size:
         k = bad[0]
@@ -172,11 +179,10 @@ def _corners(table: Table, rig: Seeing, rows: int) -> Corners:
             raise table.error(f"row {row[k]}, corner {corner[k]} of this camera and board is given three times", k)
         those[row[own], at[own]] = uv[own]
     tables = {CORNERS: seen[0].reshape(rows, -1)}
-    notes: tuple[str, ...] = ()
     if len(rest):
         tables[SECOND] = seen[1].reshape(rows, -1)
         twice = ", ".join(map(str, np.unique(row[rest]).tolist()))
-        notes = (f"two pictures of a board by the same camera are in row {twice}: the one that fits is used",)
+        notes = (*notes, f"two pictures of a board by the same camera are in row {twice}: the one that fits is used")
     if "sigma_px" in place:
         sigma = _numbers(table, place["sigma_px"])
         if (bad := np.flatnonzero(~(sigma > 0))).size:
@@ -185,6 +191,25 @@ def _corners(table: Table, rig: Seeing, rows: int) -> Corners:
         given[row, at] = sigma
         tables["sigma_corner"] = given
     return Corners(tables, notes)
+
+
+def _places(table: Table, rig: Seeing) -> tuple[dict[str, int], tuple[str, ...]]:
+    """Where each of COLUMNS stands, by our own name or by one of _ALSO, and a sentence where it is one of these."""
+    place = {name: k for k, name in enumerate(table.names)}
+    lower = {name.strip().lower(): k for name, k in place.items()}
+    read_as = []
+    for name, others in _ALSO.items():
+        other = next((of for of in others if of in lower), None)
+        if name not in place and other is not None:
+            place[name] = lower[other]
+            read_as.append(f"{table.names[lower[other]]} as {name}")
+    needed = [name for name in COLUMNS if not (name in ("camera", "board") and len(getattr(rig, f"{name}s")) == 1)]
+    missing = [name for name in needed if name not in place]
+    if missing:
+        raise table.error(
+            f"column '{missing[0]}' is missing; expected {', '.join(COLUMNS)}, got {', '.join(table.names)}"
+        )
+    return place, ((f"its columns are read as ours: {', '.join(read_as)}",) if read_as else ())
 
 
 def _speeds(data: Dataset) -> FloatArray | None:
@@ -216,7 +241,10 @@ def _whole(table: Table, place: int) -> IntArray:
     return values.astype(np.int64)
 
 
-def _named(table: Table, place: int, names: list[str], what: str) -> IntArray:
+def _named(table: Table, place: int | None, names: list[str], what: str) -> IntArray:
+    """Which of the names each line has; without a column the only one."""
+    if place is None:
+        return np.zeros(len(table.columns[0]), dtype=np.int64)
     given = table.labels(place)
     for k, value in enumerate(given):
         if value not in names:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Lenses and targets out of the files of other programs: ROS' camera_info, OpenCV's FileStorage, Kalibr.
+"""Lenses and targets out of the files of other programs: ROS' camera_info, OpenCV's FileStorage, Kalibr and others.
 
 `lens: FILE` of a camera and `target: FILE` of a board in a cell file take the place of the keys that they hold.
 """
@@ -15,14 +15,20 @@ from typing import Any
 import numpy as np
 
 from fastcal.errors import ParseError
+from fastcal.io.lens_others import of_archive, of_matlab, other_storage
 from fastcal.io.yaml_file import parsed_yaml, read_text
 from fastcal.units import from_si
 
 Spec = dict[str, Any]
 
 _MATRIX = ("camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix", "intrinsic_matrix", "mtx", "K", "M1", "M")
-_DISTORTION = ("distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs", "distortion", "D")
+_DISTORTION = (
+    *("distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs", "distortion", "D"),
+    *("dist_coeff", "dist_coefs", "distortion_coeffs", "dist", "D1"),
+)
 _WIDTH, _HEIGHT = ("image_width", "image_Width", "width"), ("image_height", "image_Height", "height")
+_SIZE = ("image_size", "imageSize", "img_size", "resolution")  # width and height
+_SKEW = 1e-3  # of the focal length: axes of pixels that lean by more are no noise of a calibration
 _MODELS = {"plumb_bob": "pinhole", "rational_polynomial": "pinhole", "radtan": "pinhole", "equidistant": "fisheye"}
 _MODELS |= {"fisheye": "fisheye", "pinhole": "pinhole", "none": "pinhole", "": "pinhole"}
 
@@ -31,13 +37,15 @@ def read_lens(path: Path, camera: str) -> Spec:
     """The keys of a camera that a file holds: focal_px, centre_px, distortion, model and, mostly, size_px.
 
     Args:
-        path: YAML of ROS or Kalibr, or OpenCV's FileStorage as YAML.
+        path: YAML of ROS or Kalibr, OpenCV's FileStorage, or one of `lens_others`.
         camera: Its name in the cell, by which one of several is taken.
 
     Raises:
         ParseError: It is none of these, or has a model of lens that is not known here.
     """
     content = storage(path)
+    if "RadialDistortion" in content:
+        content = of_matlab(content, path)
     chain = {name: entry for name, entry in content.items() if isinstance(entry, Mapping) and "intrinsics" in entry}
     if chain:
         name = camera if camera in chain else next(iter(chain))
@@ -50,6 +58,8 @@ def read_lens(path: Path, camera: str) -> Spec:
             f"holds no camera matrix of 3 x 3; expected one of {', '.join(_MATRIX)}, or Kalibr's cam0", path
         )
     K = matrix.reshape(3, 3)
+    if abs(K[0, 1]) > _SKEW * abs(K[0, 0]):
+        raise ParseError(f"has a skew of {K[0, 1]:.4g} px; expected rows and columns of pixels at right angles", path)
     distortion = _numbers(content, _DISTORTION, path)
     out: Spec = {
         "focal_px": [float(K[0, 0]), float(K[1, 1])],
@@ -58,8 +68,11 @@ def read_lens(path: Path, camera: str) -> Spec:
         "model": _model(content.get("distortion_model", content.get("camera_model", "")), path),
     }
     size = [next((content[key] for key in keys if key in content), None) for keys in (_WIDTH, _HEIGHT)]
+    both = _numbers(content, _SIZE, path)
     if None not in size:
         out["size_px"] = size
+    elif both is not None and both.size == 2:
+        out["size_px"] = both.ravel().tolist()
     return out
 
 
@@ -90,8 +103,12 @@ def read_target(path: Path) -> Spec:
 
 
 def storage(path: Path) -> Spec:
-    """A mapping out of YAML; what OpenCV writes differs by its first line and by tags."""
+    """A mapping out of YAML, in which what OpenCV writes differs by its first line and by tags, or of `lens_others`."""
+    if path.suffix.lower() == ".npz":
+        return of_archive(path)
     text = read_text(path)
+    if (other := other_storage(path, text)) is not None:
+        return other
     if text.startswith("%YAML:"):
         text = re.sub(r"\A%YAML:[^\n]*\n", "", text)
     content = parsed_yaml(re.sub(r"!!opencv-(matrix|nd-matrix)", "", text), path)

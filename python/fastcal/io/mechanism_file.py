@@ -14,8 +14,9 @@ from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.fields import Fields
 from fastcal.io.loop_lists import add_closing_frames, add_lists, closing_frame, onshape_motors, urdf_of
-from fastcal.io.mechanism import EVERY, Mechanism, Pins, Ratio, mechanism_spec
+from fastcal.io.mechanism import EVERY, Mechanism, Pins, Ratio
 from fastcal.io.mechanism_closing import close
+from fastcal.io.mechanism_spec import mechanism_spec
 from fastcal.io.mjcf_file import read_mjcf
 from fastcal.io.sdf_file import read_sdf
 from fastcal.io.urdf_mechanism import LOOP_ELEMENTS, read_urdf_mechanism

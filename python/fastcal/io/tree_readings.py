@@ -3,7 +3,7 @@
 """Postures of a cell and readings of its targets out of a CSV, Parquet or Excel file.
 
 Joints are columns ARM.q1_deg or a URDF's own names with their unit; readings x_mm@TARGET (from the world) or
-x_mm@TARGET:SENSOR, distance_mm@TARGET:TARGET, qw@..., sigma_mm@...
+x_mm@TARGET:SENSOR, distance_mm@TARGET:TARGET, qw@..., sigma_mm@... Speeds of joints are ARM.qd1_deg_s, or NAME_rad_s.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -18,22 +19,27 @@ from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
+from fastcal.io.columns import SPEEDS
 from fastcal.io.flange_columns import flange_columns, flange_joints
+from fastcal.io.measurements import OWN_COLUMNS
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
+from fastcal.measurements.observations import tables_of
 from fastcal.units import UNITS, parse_name, to_si, unit_names
 
-# Quantity of a column before its @: the field it is of, its place there, and its kind.
-_READ: dict[str, tuple[str, int, str | None]] = {
-    **{axis: ("position", i, "length") for i, axis in enumerate("xyz")},
-    **{f"q{part}": ("rotation", i, None) for i, part in enumerate("wxyz")},
-    "distance": ("distance", 0, "length"),
-    **{f"sigma_{axis}": ("sigma_position", i, "length") for i, axis in enumerate("xyz")},
-    "sigma": ("sigma_position", -1, "length"),  # of all three
-    "sigma_rot": ("sigma_rotation", 0, "angle"),
-}
-_WIDTH = {"position": 3, "distance": 1, "rotation": 4, "sigma_position": 3, "sigma_rotation": 1}
+_OF_A_SPEED = re.compile(r"\.qd(\d+)$")
 _UNIT_LENGTH = 1e-2  # of a quaternion, that is then made one
+
+
+@cache
+def _read() -> dict[str, tuple[str, int, str | None]]:
+    """Of the quantity of a column before its @: the field it is of, its place there, -1 for all of them, and its kind.
+
+    All that the core's registry of observations knows, but for labels and what each link has of its own.
+    """
+    tables = [table for table in tables_of(0).values() if table.role != "label"]
+    out = {title: (of.name, k, of.quantity) for of in tables for k, title in enumerate(of.columns)}
+    return {**out, "sigma": ("sigma_position", -1, "length"), "sigma_rot": ("sigma_rotation", 0, "angle")}
 
 
 def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured: bool = True) -> Readings:
@@ -45,6 +51,7 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
     """
     table = read_table(path)
     joints: dict[int, int] = {}
+    speeds: dict[int, int] = {}
     tables: dict[str, FloatArray] = {}
     notes = []
     flanges = flange_columns(table, [arm.name for arm in cell.arms if arm.of_poses])
@@ -54,22 +61,42 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
             continue
         quantity, at, view = title.partition("@")
         base, unit = parse_name(quantity)
+        is_speed = unit is not None and UNITS[unit].kind in SPEEDS.values()
+        base = _OF_A_SPEED.sub(r".q\1", base) if is_speed else base
         if (joint := _joint(table, title, base, cell)) is not None:
-            if joint in joints:
-                raise table.error(f"columns '{table.names[joints[joint]]:.60}' and '{title:.60}' are of the same joint")
-            _check_unit(table, title, unit, "angle" if cell.joint_types[joint] == "revolute" else "length")
-            joints[joint] = place
-        elif at and base.lower() in _READ:
+            kind = "angle" if cell.joint_types[joint] == "revolute" else "length"
+            _check_unit(table, title, unit, SPEEDS[kind] if is_speed else kind)
+            _put(table, place, joint, speeds if is_speed else joints)
+        elif at and base.lower() in _read():
             _take(table, place, base.lower(), unit, _checked_view(table, title, view, cell), tables)
-        else:
+        elif title not in OWN_COLUMNS:
             notes.append(f"column '{title:.60}' is not known and was not read")
     q = _joint_positions(table, joints, cell, {arm: flange_joints(table, found) for arm, found in flanges.items()})
-    for name, values in tables.items():
-        if name.startswith("rotation"):
-            _make_unit(table, name, values)
+    _make_unit(table, tables)
     if require_measured:
         _check_measured(table, cell, tables)
-    return Readings(q, tables, table.path, (*table.notes, *notes))
+    found = Readings(q, tables, table.path, (*table.notes, *notes), _speeds(table, speeds, q))
+    _check_views(table, cell, found)
+    return found
+
+
+def _put(table: Table, place: int, joint: int, into: dict[int, int]) -> None:
+    """Notes which column is of a joint. ParseError where another is."""
+    if joint in into:
+        first, second = table.names[into[joint]], table.names[place]
+        raise table.error(f"columns '{first:.60}' and '{second:.60}' are of the same joint")
+    into[joint] = place
+
+
+def _check_views(table: Table, cell: Cell, found: Readings) -> None:
+    """Is each kind of reading one that may be of any target?"""
+    read = [name for name in found.tables if not name.startswith("sigma")]
+    known = {of.field for of in found.measured(cell).observations} if read else set()
+    for name in read:
+        if name not in known:
+            field, _, view = name.partition("@")
+            title = tables_of(0)[field].columns[0]
+            raise table.error(f"{title} is read of the tool of one arm's file alone, and not of '{view}' in a cell")
 
 
 def _check_measured(table: Table, cell: Cell, tables: Mapping[str, FloatArray]) -> None:
@@ -119,6 +146,16 @@ def _joint_positions(
     return q
 
 
+def _speeds(table: Table, speeds: Mapping[int, int], q: FloatArray) -> FloatArray | None:
+    """(N, n) speeds of all joints, SI, NaN where there is no column; None where there is none at all."""
+    if not speeds:
+        return None
+    out = np.full(q.shape, np.nan)
+    for joint, place in speeds.items():
+        out[:, joint] = _in_si(table, place, parse_name(table.names[place])[1] or "rad_s")
+    return out
+
+
 def _checked_view(table: Table, title: str, view: str, cell: Cell) -> str:
     """TARGET or TARGET:SENSOR, of frames that there are."""
     known = {of.name for of in cell.points}
@@ -137,9 +174,9 @@ def _checked_view(table: Table, title: str, view: str, cell: Cell) -> str:
 
 def _take(table: Table, place: int, base: str, unit: str | None, view: str, tables: dict[str, FloatArray]) -> None:
     """Puts a column where it belongs, in SI."""
-    field, column, kind = _READ[base]
+    field, column, kind = _read()[base]
     _check_unit(table, table.names[place], unit, kind)
-    to = tables.setdefault(f"{field}@{view}", np.full((len(table), _WIDTH[field]), np.nan))
+    to = tables.setdefault(f"{field}@{view}", np.full((len(table), len(tables_of(0)[field].columns)), np.nan))
     values = table.numbers(place) if unit is None else _in_si(table, place, unit)
     if field.startswith("sigma") and (none := values <= 0).any():
         raise table.wrong_cell(place, int(np.argmax(none)), "a standard deviation above 0")
@@ -162,11 +199,14 @@ def _check_unit(table: Table, title: str, unit: str | None, kind: str | None) ->
         raise table.error(f"column '{title:.60}' has no unit of {kind}; expected one of {', '.join(unit_names(kind))}")
 
 
-def _make_unit(table: Table, name: str, wxyz: FloatArray) -> None:
+def _make_unit(table: Table, tables: Mapping[str, FloatArray]) -> None:
     """Quaternions of length 1 but for their rounding."""
-    with np.errstate(over="ignore"):
-        length = np.linalg.norm(wxyz, axis=1)
-    if (wrong := np.abs(length - 1) > _UNIT_LENGTH).any():
-        row = int(np.argmax(wrong))
-        raise table.error(f"{name}: expected a quaternion of length 1, got {length[row]:.4g}", row)
-    wxyz /= length[:, np.newaxis]
+    for name, wxyz in tables.items():
+        if not name.startswith("rotation"):
+            continue
+        with np.errstate(over="ignore"):
+            length = np.linalg.norm(wxyz, axis=1)
+        if (wrong := np.abs(length - 1) > _UNIT_LENGTH).any():
+            row = int(np.argmax(wrong))
+            raise table.error(f"{name}: expected a quaternion of length 1, got {length[row]:.4g}", row)
+        wxyz /= length[:, np.newaxis]

@@ -71,7 +71,7 @@ def check(
     verdict = _verdict(p_value, causes, enough)
     within = None
     if tolerance is not None:
-        within = _within(largest, tolerance, sigma)
+        within = within_tolerance(largest, tolerance, sigma)
         if verdict == "holds" and within is None:
             verdict = "cannot_tell"
     then = what_next(setting, measured, verdict, causes, rivals, point_sigma, enough)
@@ -113,7 +113,7 @@ def _verdict(p_value: float, causes: list[Cause], enough: bool) -> str:
     return "changed"
 
 
-def _within(largest: float, tolerance: float, sigma: float) -> bool | None:
+def within_tolerance(largest: float, tolerance: float, sigma: float) -> bool | None:
     """Is the largest distance below the tolerance, beyond doubt of its own noise (guard bands as in ISO 14253-1)?"""
     if largest <= tolerance - GUARD * sigma:
         return True

@@ -11,6 +11,7 @@ import numpy as np
 
 import fastcal
 from fastcal.cells.check import CellCheck, WayCheck
+from fastcal.cells.whole_check import WholeCheck
 from fastcal.io.atomic import write_text
 from fastcal.io.results import write_json
 from fastcal.monitoring.picture_check import Moved, PictureCheck
@@ -83,6 +84,55 @@ def _cause_table(found: CellCheck) -> Table:
             sizes = "; ".join(f"{of.name} {of.change:+.4g} ± {of.std:.2g}" for of in cause.changes)
             others = ", ".join(map(each.way.words, cause.equivalents))
             rows.append([Cell(each.way.name), Cell(each.label(cause)), Cell(sizes), Cell(others)])
+    return Table(_("Causes that explain the new readings"), columns, [Group(rows)])
+
+
+def write_whole_check(found: WholeCheck, path: str | os.PathLike[str], *, language: str = "en") -> None:
+    """Writes check.json, or the page where the path ends in .html; whole or not at all."""
+    if Path(path).suffix.lower() in (".html", ".htm"):
+        with in_language(language):
+            write_text(path, _whole_page(found))
+    else:
+        write_json(path, found.to_json_dict())
+
+
+def _whole_page(found: WholeCheck) -> str:
+    state = "changed" if found.within is False else found.verdict
+    notes = [*found.notes]
+    if found.blind:
+        blind = ", ".join(in_words(name) for name in found.blind)
+        notes.append(_("These readings do not show whether this moved: {what}.", what=blind))
+    sections = [Section("kinds", _("What was read"), tables=[_kind_table(found)], notes=notes)]
+    if found.moved:
+        sections.append(Section("causes", _("What explains it"), tables=[_member_table(found)]))
+    tiles = [(_("Poses"), str(found.postures), ""), (_("Chance"), p_text(found.p_value), _("of as large a rest"))]
+    title = (_("Check of {robot}", robot=found.cell.name), _("Does the calibration still hold?"))
+    verdict = Verdict(TONES[state], capitalised(state_word(state)), _(found.sentence), [])
+    return cell_page(found.cell, title, verdict, tiles, sections)
+
+
+def _kind_table(found: WholeCheck) -> Table:
+    columns = [Column(title, numeric=False) for title in (_("Kind"), _("Unit"))]
+    columns += [Column(title) for title in (_("Count"), _("RMS"), _("Largest"), _("Noise"))]
+    rows = []
+    for name, of in found.kinds.items():
+        after = of.statistics[1]
+        if after is None:
+            continue
+        sizes = [of.kind.shown(size) for size in (after.rms, after.max, found.noise[name].value)]
+        words = [Cell(_(of.kind.plural)), Cell(unit_text(of.kind.unit)), number_cell(str(after.count), after.count)]
+        rows.append([*words, *(number_cell(significant(size, 4), size) for size in sizes)])
+    title = _("Errors against the model, and the noise of a number as the calibration found it")
+    return Table(title, columns, [Group(rows)])
+
+
+def _member_table(found: WholeCheck) -> Table:
+    columns = [Column(title, numeric=False) for title in (_("Cause"), _("Change"), _("As well"))]
+    rows = []
+    for of in found.moved:
+        sizes = "; ".join(f"{each.name} {each.change:+.4g} ± {each.std:.2g}" for each in of.changes)
+        others = ", ".join(map(in_words, of.equivalents))
+        rows.append([Cell(in_words(of.label)), Cell(sizes), Cell(others)])
     return Table(_("Causes that explain the new readings"), columns, [Group(rows)])
 
 

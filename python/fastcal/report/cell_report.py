@@ -15,7 +15,7 @@ from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.result import IdentifiedParameter
 from fastcal.cells import cell as cells
 from fastcal.cells.calibrate import CellResult
-from fastcal.cells.diagnose import CellDiagnosis, CellFinding, WayDiagnosis
+from fastcal.cells.diagnosis import CellDiagnosis, CellFinding, WayDiagnosis
 from fastcal.cells.gap import FOUND, GEOMETRY, CellStep
 from fastcal.cells.placements import Placement
 from fastcal.diagnosis.words import cause_in_words

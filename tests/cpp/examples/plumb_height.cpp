@@ -3,6 +3,7 @@
 //
 // A height over a level floor, as an ultrasonic sensor or a plumb line reads it:
 //   r = p_z - f - h [m], h the reading, f the floor's height in the measuring frame, identified.
+// In a cell it is read of any target, in columns such as plumb_mm@smr, each target over a floor of its own.
 // tests/python/calibration/test_own_observation.py takes it through the commands: this file is all that it needs.
 #include <cmath>
 
@@ -13,20 +14,20 @@ namespace {
 
 class PlumbHeight : public Observation {
  public:
-  PlumbHeight(Eigen::VectorXd height, Eigen::VectorXd sigma, int frame)
+  PlumbHeight(Eigen::VectorXd height, Eigen::VectorXd sigma, ViewedTable of)
       : height_(std::move(height)),
         sigma_(std::move(sigma)),
-        frame_(frame),
-        parameters_{{"floor", "height", "m", 1e-3, "of the floor in the measuring frame"}} {}
+        of_(std::move(of)),
+        parameters_{{"floor" + of_.suffix, "height", "m", 1e-3, "of the floor in the measuring frame"}} {}
 
-  std::string name() const override { return "plumb"; }
+  std::string name() const override { return "plumb" + of_.suffix; }
   const std::vector<std::string>& components() const override {
     static const std::vector<std::string> names{"height"};
     return names;
   }
-  std::string field() const override { return "plumb"; }
+  std::string field() const override { return "plumb" + of_.suffix; }
   std::string unit() const override { return "m"; }
-  std::vector<int> frames() const override { return {frame_}; }
+  std::vector<int> frames() const override { return {of_.view.target}; }
   const std::vector<Parameter>& parameters() const override { return parameters_; }
   double sigma(Eigen::Index row, int /*number*/) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
   bool claims_sigma() const override { return sigma_.size() > 0; }
@@ -55,25 +56,30 @@ class PlumbHeight : public Observation {
 
  private:
   Eigen::VectorXd height_, sigma_;
-  int frame_;
+  ViewedTable of_;
   std::vector<Parameter> parameters_;
 };
 
 }  // namespace
 
-FASTCAL_REGISTER_OBSERVATION(
-    "plumb",
-    {.plural = "heights over the floor",
-     .fields = {{"plumb", FieldRole::kMeasured, {"plumb"}, "length", "mm"},
-                {"sigma_plumb", FieldRole::kSigma, {"sigma_plumb"}, "length", "mm"}},
-     .note = "",
-     .make = [](const Tables& tables, const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
-       const RowMatrixXd* height = tables.find("plumb", 1);
-       if (height == nullptr) return {};
-       const RowMatrixXd* sigma =
-           tables.find_sigma("sigma_plumb", 1, [&](Eigen::Index i) { return !std::isnan((*height)(i, 0)); });
-       return {std::make_shared<PlumbHeight>(
-           height->col(0), sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(), robot.view().target)};
-     }})
+FASTCAL_REGISTER_OBSERVATION("plumb",
+                             {.plural = "heights over the floor",
+                              .fields = {{"plumb", FieldRole::kMeasured, {"plumb"}, "length", "mm"},
+                                         {"sigma_plumb", FieldRole::kSigma, {"sigma_plumb"}, "length", "mm"}},
+                              .note = "",
+                              .make = [](const Tables& tables,
+                                         const RobotModel& robot) -> std::vector<std::shared_ptr<const Observation>> {
+                                std::vector<std::shared_ptr<const Observation>> out;
+                                for (const ViewedTable& of : tables.views("plumb", robot)) {
+                                  if (of.view.sensor != kWorldFrame) continue;  // heights are over a floor of the world
+                                  const RowMatrixXd* height = tables.find("plumb" + of.suffix, 1);
+                                  const RowMatrixXd* sigma =
+                                      tables.find_sigma("sigma_plumb" + of.suffix, 1,
+                                                        [&](Eigen::Index i) { return !std::isnan((*height)(i, 0)); });
+                                  out.push_back(std::make_shared<PlumbHeight>(
+                                      height->col(0), sigma == nullptr ? Eigen::VectorXd() : sigma->col(0).eval(), of));
+                                }
+                                return out;
+                              }})
 
 }  // namespace fastcal

@@ -117,3 +117,44 @@ def test_design_evaluate_and_update_take_what_was_read_with_it(folder: Path, tmp
     moved = written(folder, "moved.csv", 40, 7, moved=2e-3)
     assert run("update", model, moved, "-o", tmp_path / "u") == 0
     assert run("check", tmp_path / "u/model.yaml", written(folder, "after.csv", 30, 8, moved=2e-3)) == 0
+
+
+@in_core
+def test_it_is_read_of_a_target_of_a_cell(folder: Path, tmp_path: Path) -> None:
+    """Two arms of which one reads heights: calibrate, diagnose, check, design and the pages."""
+    robot = spec(disturbed(0))
+    tool = robot.pop("tool")
+    assert isinstance(tool, dict)
+    arms = {name: {"robot": robot} for name in ("left", "right")}
+    targets = {f"smr_{name}": {"on": name, **tool} for name in arms}
+    cell = {"cell": "two", "arms": arms, "targets": targets}
+    (tmp_path / "cell.yaml").write_text(yaml_text(cell), encoding="utf-8")
+    poses = _of_a_cell(folder, tmp_path, "poses.csv", 1)
+    assert run("calibrate", tmp_path / "cell.yaml", poses, "-o", tmp_path / "c") == 0
+    found = content(tmp_path / "c/result.json")
+    assert found["train"]["kinds"]["plumb"]["count"] == 120
+    assert 0.7e3 * NOISE < found["train"]["kinds"]["plumb"]["after"]["rms"] < 1.3e3 * NOISE
+    assert "heights over the floor" in (tmp_path / "c/report.html").read_text(encoding="utf-8").lower()
+    new = _of_a_cell(folder, tmp_path, "new.csv", 11)
+    assert run("evaluate", tmp_path / "c/model.yaml", new, "-o", tmp_path / "e.json") == 0
+    assert content(tmp_path / "e.json")["kinds"]["plumb"]["after"]["rms"] < 1.6e3 * NOISE
+    assert run("check", tmp_path / "c/model.yaml", new, "-o", tmp_path / "check.json") == 0
+    waved = _of_a_cell(folder, tmp_path, "waved.csv", 4, wave=WAVE)
+    assert run("diagnose", tmp_path / "cell.yaml", waved, "-o", tmp_path / "d") == 0
+    named = [(of["effect"], of["owner"]) for of in content(tmp_path / "d/diagnosis.json")["effects"]]
+    assert named == [("gear_harmonic", "right.joint2")]
+    design = ("design", tmp_path / "cell.yaml", "--count", 30, "--views", "smr_left,plumb@smr_right")
+    assert run(*design, "-o", tmp_path / "plan.csv") == 0
+    assert len((tmp_path / "plan.csv").read_text(encoding="utf-8").splitlines()) == 31
+
+
+def _of_a_cell(folder: Path, out: Path, name: str, seed: int, wave: float = 0.0) -> Path:
+    """Points of the left arm, points and heights of the right one, in one file."""
+    own = [written(folder, f"one_{name}", 120, seed + k, wave=wave * k).read_text(encoding="utf-8") for k in (0, 1)]
+    of = [list(csv.reader(text.splitlines())) for text in own]
+    titles = [f"left.{title}" if title.startswith("q") else f"{title}@smr_left" for title in of[0][0][:-1]]
+    titles += [f"right.{title}" if title.startswith("q") else f"{title}@smr_right" for title in of[1][0]]
+    with (out / name).open("w", encoding="utf-8", newline="") as file:
+        rows = [[*left[:-1], *right] for left, right in zip(of[0][1:], of[1][1:], strict=True)]
+        csv.writer(file).writerows([titles, *rows])
+    return out / name

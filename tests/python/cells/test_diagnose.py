@@ -14,7 +14,7 @@ import pytest
 from fastcal import _core
 from fastcal.cells.branches import ways_of
 from fastcal.cells.cell import Cell
-from fastcal.cells.diagnose import CellDiagnosis, CellFinding
+from fastcal.cells.diagnosis import CellDiagnosis, CellFinding
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
 from fastcal.cli.app import main

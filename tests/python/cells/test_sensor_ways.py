@@ -12,10 +12,14 @@ import numpy as np
 import pytest
 
 from fastcal import _core
+from fastcal.cells.asked import asked_parameters
+from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell, Point
+from fastcal.cells.errors import view_errors
 from fastcal.cells.readings import Readings
 from fastcal.cells.sensor_ways import SensorWay, joint_loads, seen_ways
 from fastcal.cells.simulate import simulate_cell, view_poses
+from fastcal.cells.written import written_cell
 from fastcal.cli.app import main
 from fastcal.errors import InvalidInput
 from fastcal.io.tree_file import load_cell
@@ -190,3 +194,26 @@ def test_readings_that_no_joint_moves_are_refused(tmp_path: Path) -> None:
     readings = Readings(np.zeros((2, 14)), {"position@other:camera": np.zeros((2, 3))}, "")
     with pytest.raises(InvalidInput, match="that joints move where they are read from"):
         seen_ways(cell, readings)
+
+
+def test_no_way_is_written_worse_than_its_frames_alone(tmp_path: Path) -> None:
+    """The right arm is as its file says and poorly read; the left one is off, and read as poorly."""
+    cell = cell_of(tmp_path)
+    names = {name: [f"{kind}@{name}" for kind in ("position", "rotation")] for name in VIEWS}
+    nominal = Readings(np.zeros((1, 14)), {field: np.zeros((1, 3)) for of in names.values() for field in of}, "")
+    exact, theta = cell.arm("right"), np.array(cell.core.nominal)
+    asked = asked_parameters(cell, nominal)
+    owners = [cell.core.parameters[i].owner.partition(".")[0] for i in asked]
+    theta[[i for i, owner in zip(asked, owners, strict=True) if owner == "left"]] += 5e-3
+    truth, q = cell.with_values(theta), np.random.default_rng(7).uniform(-2.4, 2.4, (40, 14))
+    read = simulate_cell(truth, Readings(q, {}, ""), [*VIEWS], noise=2e-3, noise_rotation=4e-3, seed=7)
+    there, notes = written_cell(cell, cell, read, is_sure=True)
+    assert there.arm("right").robot.spec["joints"] == exact.robot.spec["joints"]
+    assert there.arm("left").robot.spec["joints"] != cell.arm("left").robot.spec["joints"]
+    assert [note for note in notes if "right" in note.partition(":")[0] and "tag_right:camera" in note]
+    held = simulate_cell(truth, Readings(np.random.default_rng(8).uniform(-2.4, 2.4, (200, 14)), {}, ""), [*VIEWS])
+    free = calibrate_cell(cell, read).cell
+    errors = [view_errors(model, held)["position@tag_right:camera"].rms for model in (there, free)]
+    assert errors[0] is not None
+    assert errors[1] is not None
+    assert errors[0] < errors[1]

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import runpy
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache
@@ -26,50 +27,13 @@ Spec = dict[str, Any]
 NOISE = 2e-4
 YIELDING = {2: 4e-5, 12: 3e-5, 13: 3e-5, 14: 3e-5, 15: 6e-5}  # [rad / (N m)] by joint
 BESIDE = list(range(2, 11))
-# Of a life-size humanoid's left arm: place, axis, limits [deg], mass [kg] and its centre [mm].
-ARM: list[tuple[list[int], list[int], tuple[int, int], float, list[int]]] = [
-    ([0, 160, 230], [0, 0, 1], (-60, 60), 2.7, [0, 0, -20]),
-    ([0, 140, 0], [1, 0, 0], (0, 120), 2.4, [10, 0, -60]),
-    ([0, 0, -120], [0, 0, 1], (-100, 100), 2.3, [0, 10, -120]),
-    ([20, 0, -150], [0, 1, 0], (-120, -5), 1.7, [0, 0, -50]),
-    ([-20, 0, -260], [0, 0, 1], (-120, 120), 1.9, [0, 0, 50]),
-    ([0, 0, 0], [1, 0, 0], (-70, 70), 0.4, [0, 0, 0]),
-    ([0, 0, 0], [0, 1, 0], (-35, 35), 0.6, [0, 0, -60]),
-]
-
-
-def joint(name: str, xyz: list[int], axis: list[int], limits: tuple[int, int], mass: float, com: list[int]) -> Spec:
-    return {
-        "name": name,
-        "type": "revolute",
-        "origin": {"xyz_mm": xyz, "rpy_deg": [0, 0, 0]},
-        "axis": axis,
-        "min_deg": limits[0],
-        "max_deg": limits[1],
-        "link": {"mass_kg": mass, "com_mm": com},
-    }
+BENCH: Any = runpy.run_path(str(Path(__file__).parents[3] / "bench" / "python" / "bench_torsos.py"))
 
 
 @cache
 def torso() -> Robot:
-    """Joints 1 and 2 the torso, 3 to 9 the right arm, 10 and 11 the head, 12 to 18 the left arm with the tool."""
-    joints = [
-        joint("torso_1", [0, 0, 70], [0, 0, 1], (-70, 70), 3, [0, 0, 50]),
-        joint("torso_2", [0, 0, 100], [0, 1, 0], (-13, 40), 17, [-40, 0, 140]),
-    ]
-    right = [
-        joint(f"right_{k}", [x, -y, z], axis, (-high, -low) if k == 2 else (low, high), mass, [c[0], -c[1], c[2]])
-        for k, ((x, y, z), axis, (low, high), mass, c) in enumerate(ARM, start=1)
-    ]
-    head = [
-        joint("head_1", [20, 0, 320], [0, 1, 0], (-10, 40), 0.6, [0, 0, 20]),
-        joint("head_2", [0, 0, 20], [0, 0, 1], (-70, 70), 1.4, [10, 0, 150]),
-    ]
-    left = [joint(f"left_{k}", *part) for k, part in enumerate(ARM, start=1)]
-    for branch in (right, head, left):
-        branch[0]["on"] = "link2"
-    tool = {"xyz_mm": [0, 0, -120], "rpy_deg": [0, 0, 0]}
-    return load_robot({"name": "torso", "kinematics": "urdf", "joints": [*joints, *right, *head, *left], "tool": tool})
+    robot: Robot = BENCH["torso"]()
+    return robot
 
 
 def yielding() -> list[Spec]:

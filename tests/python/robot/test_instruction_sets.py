@@ -70,6 +70,21 @@ def test_the_forced_set_is_the_one_that_runs(answers: dict[str, dict[str, np.nda
     assert {name: str(answer["used"]) for name, answer in answers.items()} == {name: name for name in answers}
 
 
+@pytest.mark.skipif(not Path("/proc/cpuinfo").is_file(), reason="needs Linux")
+def test_the_widest_set_is_what_the_system_says_of_the_processor() -> None:
+    """A wheel linked with a runtime that finds no features ran the baseline on every processor, without a word."""
+    lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    flags = next((set(line.split()) for line in lines if line.startswith("flags")), set())
+    if not flags:
+        pytest.skip("not x86")
+    wide = {"avx512": {"avx512f", "avx512dq", "avx512vl", "fma"}, "avx2": {"avx2", "fma"}}
+    expected = next((name for name, needed in wide.items() if needed <= flags), "baseline")
+    environment = {name: value for name, value in os.environ.items() if name != "FASTCAL_ISA"}
+    command = [sys.executable, "-c", "from fastcal import _core; print(_core.instruction_set())"]
+    found = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout.strip()
+    assert found == expected
+
+
 def test_no_answer_depends_on_the_set(answers: dict[str, dict[str, np.ndarray]]) -> None:
     base = answers["baseline"]
     for answer in answers.values():
