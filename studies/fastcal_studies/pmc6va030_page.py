@@ -186,7 +186,8 @@ def _kinematic(runs: Sequence[Run]) -> Section:
                   identified, "What is one with base or tool is held, and found in these, which have no hidden number "
                   "of their own. The fit knows no own weight and no slack: its numbers take up what these do."),
             Table("What yields", "fastcal's best, fitted to GA10 (rad, rad/N m)", ("", "hidden", "found", "std"),
-                  yields),
+                  yields, "Where the standard deviation is as large as the number, the rows do not show it; 0 is a "
+                  "bound, which has none."),
             Chart("Figure 10", "errors by axis before calibration, the first arm", "configuration", "error (mm)",
                   [Series(axis, poses, axes[k], str(k)) for k, axis in enumerate("XYZ")]),
             Chart("Figure 11", "before and after, the first arm", "configuration", "error (mm)", compared),
