@@ -160,7 +160,7 @@ def _kinematic(runs: Sequence[Run]) -> Section:
         for key, name in (("fitted", "fitted"), ("others", "others"))
     ]
     identified: list[list[Cell]] = [
-        [name, runs[0]["hidden"].get(name), entry["found"], entry["std"]]
+        [name, _digits(runs[0]["hidden"].get(name)), _digits(entry["found"]), entry["std"]]
         for name, entry in runs[0]["identified"].items()
     ]
     yields: list[list[Cell]] = [
@@ -196,6 +196,11 @@ def _kinematic(runs: Sequence[Run]) -> Section:
                    Series("others", poses[count:], by_pose["after"][count:], "0", "points")]),
         ],
     )  # fmt: skip
+
+
+def _digits(value: float | None) -> str | None:
+    """A length or angle with the micrometres, or thousandths of a degree, by which found and hidden differ."""
+    return None if value is None else f"{value:.3f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _loads(runs: Sequence[Run]) -> Section:
