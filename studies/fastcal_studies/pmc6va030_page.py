@@ -160,7 +160,7 @@ def _kinematic(runs: Sequence[Run]) -> Section:
         for key, name in (("fitted", "fitted"), ("others", "others"))
     ]
     identified: list[list[Cell]] = [
-        [name, runs[0]["hidden"].get(name), entry["found"], entry["std"]]
+        [name, _digits(runs[0]["hidden"].get(name)), _digits(entry["found"]), entry["std"]]
         for name, entry in runs[0]["identified"].items()
     ]
     yields: list[list[Cell]] = [
@@ -186,7 +186,8 @@ def _kinematic(runs: Sequence[Run]) -> Section:
                   identified, "What is one with base or tool is held, and found in these, which have no hidden number "
                   "of their own. The fit knows no own weight and no slack: its numbers take up what these do."),
             Table("What yields", "fastcal's best, fitted to GA10 (rad, rad/N m)", ("", "hidden", "found", "std"),
-                  yields),
+                  yields, "Where the standard deviation is as large as the number, the rows do not show it; 0 is a "
+                  "bound, which has none."),
             Chart("Figure 10", "errors by axis before calibration, the first arm", "configuration", "error (mm)",
                   [Series(axis, poses, axes[k], str(k)) for k, axis in enumerate("XYZ")]),
             Chart("Figure 11", "before and after, the first arm", "configuration", "error (mm)", compared),
@@ -195,6 +196,11 @@ def _kinematic(runs: Sequence[Run]) -> Section:
                    Series("others", poses[count:], by_pose["after"][count:], "0", "points")]),
         ],
     )  # fmt: skip
+
+
+def _digits(value: float | None) -> str | None:
+    """A length or angle with the micrometres, or thousandths of a degree, by which found and hidden differ."""
+    return None if value is None else f"{value:.3f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _loads(runs: Sequence[Run]) -> Section:

@@ -28,10 +28,8 @@ def test_the_arm_is_as_far_off_as_the_paper_s_before_calibration(
     assert run["jump"] == {"owner": "joint1<-joint2", "deg": pytest.approx(-72, abs=1), "right": 1.0}
     assert run["hidden"]["joint2 a_mm"] == 270.017  # table 4, under its own heading
     assert run["hidden"].keys() == {name for name in run["identified"] if name.startswith("joint")}
-    for name, entry in run["yields"].items():
-        assert entry["found"] == pytest.approx(entry["hidden"], rel=0.5), name
-    gap = run["yields"]["joint1<-joint2 gap_rad"]
-    assert gap["found"] == pytest.approx(gap["hidden"], rel=0.05)
+    for name, within in (("joint2 compliance_rad_nm", 0.2), ("joint1 rad_nm", 0.3), ("joint1<-joint2 gap_rad", 0.05)):
+        assert run["yields"][name]["found"] == pytest.approx(run["yields"][name]["hidden"], rel=within)
     noise = 2e-2 * 3**0.5  # mm
     assert 0.9 * noise < run["kinematic"]["slack"]["rms"] < 1.5 * noise < squares["rms"]
     assert run["split_slack"]["others"]["mean"] < 1.5 * noise < run["split"]["others"]["mean"]
