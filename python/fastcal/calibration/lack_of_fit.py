@@ -7,21 +7,29 @@ directions of approach: columns Z, the fit's own J projected out. T = |Z^T r|^2 
 one of them strongly, are in the residual r. Under noise alone r points anywhere in the nu dimensions that the fit
 leaves, so with G = Z^T Z its mean is tr G / nu and its variance 2 (nu tr G^2 - (tr G)^2) / (nu^2 (nu + 2)); a gamma law
 with these two gives the p-value (the variance-component score test of X. Lin 1997).
+
+Noise is not alike everywhere: joints that come back a little off make more of it where the arm is long. With a_i what
+row i adds to Z^T r, noise of any size in each row gives |Z^T r|^2 the mean sum |a_i|^2 and the variance
+2 (sum (a_i . a_j)^2 - sum |a_i|^4), each sign being as likely as the other (H. White 1980, by rows). Both must object.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from fastcal import _core
-from fastcal.arrays import FloatArray, IntArray
+from fastcal.arrays import FloatArray, IndexArray, IntArray
 from fastcal.calibration.gamma_tail import gamma_tail
 from fastcal.calibration.levers import whitened_levers
 from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.stay_correlation import group_sums
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
+
+Whitening = Callable[[FloatArray], FloatArray]
 
 MANY_NUMBERS = 32  # of a row: so many and more are of pictures, as the core judges them by their mean square
 _ABSORBED = 1e-3  # share of a column that the model's own leave of it: below this they explain it
@@ -48,12 +56,26 @@ def posture_features(data: Dataset, joint_types: list[str]) -> FloatArray:
     return np.asarray(table[:, size > 1e-9] / size[size > 1e-9])
 
 
-def points_depend(J: FloatArray, residual: FloatArray, rows: IntArray, robot: Robot, data: Dataset) -> float:
-    """`posture_p_value` of the points of some rows of the data; J (3 n, p) and residual (3 n,) are theirs."""
+def points_depend(
+    J: FloatArray,
+    residual: FloatArray,
+    rows: IntArray,
+    robot: Robot,
+    data: Dataset,
+    white: Whitening | None = None,
+    stay: IndexArray | None = None,
+) -> float:
+    """`posture_p_value` of the points of some rows of the data; J (3 n, p) and residual (3 n,) are theirs.
+
+    `white` takes out of them, (3 n, ...), what rows share; rows of one `stay` (N,) count as one.
+    """
     rigid = _core.ErrorModel(robot.core, [], np.zeros(0))
     lever = np.asarray(_core.joint_jacobian(rigid, _core.Samples(data.q[rows]), 1))[:, :3]
     features = posture_features(data, robot.joint_types)[rows]
-    return posture_p_value(J, residual, lever.reshape(len(residual), -1), features)
+    lever = lever.reshape(len(residual), -1)
+    if white is not None:
+        J, residual, lever = white(J), white(residual), white(lever)
+    return posture_p_value(J, residual, lever, features, None if stay is None else np.repeat(stay[rows], 3))
 
 
 def readings_depend(
@@ -63,11 +85,16 @@ def readings_depend(
     residual: FloatArray,
     row: IntArray,
     number: IntArray,
+    white: Whitening | None = None,
+    stay: IndexArray | None = None,
 ) -> float:
     """The same of any numbers: J (m, p) and residual (m,) of number `number` (m,) in row `row` (m,)."""
     lever = whitened_levers(problem, found, row, number)
+    if white is not None:
+        J, residual, lever = white(J), white(residual), white(lever)
     J, residual, lever, row = pictures_as_postures(J, residual, lever, row)
-    return dependence_p_value(J, residual, lever, posture_features(problem.data, problem.robot.joint_types)[row])
+    features = posture_features(problem.data, problem.robot.joint_types)[row]
+    return dependence_p_value(J, residual, lever, features, row if stay is None else stay[row])
 
 
 def pictures_as_postures(
@@ -93,12 +120,17 @@ def pictures_as_postures(
     return whole[0], whole[1], whole[2], whole[3]
 
 
-def posture_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray) -> float:
+def posture_p_value(
+    J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray, row: IntArray | None = None
+) -> float:
     """`dependence_p_value` of points: three numbers of each row, for which it has the features (N, k)."""
-    return dependence_p_value(J, residual, lever, np.repeat(features, 3, axis=0))
+    own = np.repeat(np.arange(len(features)), 3) if row is None else row
+    return dependence_p_value(J, residual, lever, np.repeat(features, 3, axis=0), own)
 
 
-def dependence_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray) -> float:
+def dependence_p_value(
+    J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray, row: IntArray
+) -> float:
     """The probability that noise makes residuals which depend so on the posture.
 
     Args:
@@ -106,6 +138,7 @@ def dependence_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, f
         residual: (m,) whitened.
         lever: (m, n) how each number moves with each joint.
         features: (m, k) of its row.
+        row: (m,) which row that is, or which stay.
     """
     nu = len(residual) - J.shape[1]
     if nu < 3 or features.shape[1] == 0:
@@ -123,7 +156,11 @@ def dependence_p_value(J: FloatArray, residual: FloatArray, lever: FloatArray, f
     trace, square = float(np.trace(G)), float(np.sum(G * G))
     mean = trace / nu
     variance = 2 * (nu * square - trace**2) / (nu**2 * (nu + 2))
-    T = float(np.sum((Z.T @ r) ** 2) / (r @ r))
+    T = float(np.sum((Z.T @ r) ** 2))
     if not variance > 0:
         return 1.0
-    return gamma_tail(mean**2 / variance, T * mean / variance)
+    alike = gamma_tail(mean**2 / variance, T / float(r @ r) * mean / variance)
+    A = group_sums(Z * r[:, np.newaxis], row) * np.sqrt(len(r) / nu)  # with what the fit took of the noise
+    AA = A.T @ A
+    mean, variance = float(np.trace(AA)), 2 * float(np.sum(AA * AA) - np.sum(np.sum(A * A, axis=1) ** 2))
+    return max(alike, gamma_tail(mean**2 / variance, T * mean / variance)) if variance > 0 else alike

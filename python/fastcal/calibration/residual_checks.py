@@ -10,17 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.arrays import IndexArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.asked_conditions import Explained, Word, condition_that_explains, reading
 from fastcal.calibration.gross_rows import Refit, majority
-from fastcal.calibration.lack_of_fit import points_depend, readings_depend
+from fastcal.calibration.lack_of_fit import Whitening, points_depend, readings_depend
 from fastcal.calibration.lens_columns import lens_columns, lens_note
 from fastcal.calibration.postures import stays
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.calibration.serial_correlation import SerialCorrelation, neighbour_correlation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
-from fastcal.calibration.stay_correlation import of_stays, stay_correlation
+from fastcal.calibration.stay_correlation import of_stays, stay_correlation, whitened
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, Kind, in_order
@@ -237,7 +238,10 @@ def noise_and_posture(
     notes: list[str] = []
     caveats: list[str] = []
     data = problem.data
-    serial, note = _shared(J / scale, residual, row, data) if _alike(row, len(data)) else (None, "")
+    alike, white = _alike(row, len(data)), None
+    serial, note = _memory(J / scale, residual, row, data) if alike else (None, "")
+    if alike and serial is None:
+        serial, note, white = _shared(J / scale, residual, row, data)
     if serial is not None:
         notes.append(note)
         serial = replace(serial, covariance=serial.covariance / np.outer(scale, scale))
@@ -245,9 +249,9 @@ def noise_and_posture(
         notes.append(lens)
     whole = np.bincount(row, minlength=len(data)) == 3
     if near.kind_of_number == [near.kind] * 3 and np.sum(whole) * 3 == len(residual) and data.position is not None:
-        p = points_depend(J, residual, np.flatnonzero(whole), problem.robot, data)
+        p = points_depend(J, residual, np.flatnonzero(whole), problem.robot, data, white, stays(data))
     else:
-        p = readings_depend(problem, found, J, residual, row, near.number[near.kept])
+        p = readings_depend(problem, found, J, residual, row, near.number[near.kept], white, stays(data))
     if p < CHANCE:
         effect = condition_that_explains(problem, near)
         more = "`fastcal diagnose` looks for it"
@@ -262,23 +266,43 @@ def noise_and_posture(
     return serial, [*notes, *caveats], caveats
 
 
-def _shared(
+def _memory(
     J: FloatArray, residual: FloatArray, row: NDArray[np.int64], data: Dataset
 ) -> tuple[SerialCorrelation | None, str]:
-    """What the noise of rows has in common, and the sentence about it; the first three as of `serial_correlation`."""
+    """The memory of the noise from one stay in a posture to the next, and the sentence about it.
+
+    The first three as of `serial_correlation`.
+    """
     stay = stays(data)
-    is_repeated = len(np.unique(stay[row])) < len(np.unique(row))
-    if is_repeated and neighbour_correlation(*of_stays(J, residual, row, stay), int(stay.max()) + 1) is None:
-        shared = stay_correlation(J, residual, row, stay)
-        return shared, "" if shared is None else (
-            f"errors of rows that were measured in one posture, one after the other, are alike ({shared.rho:.2f}): "
-            f"what the arm misses there counts once, and the stated deviations allow for it"
-        )
+    if _repeats(row, stay):
+        of_means = of_stays(J, residual, row, stay)
+        if neighbour_correlation(*of_means, int(stay.max()) + 1) is None:
+            return None, ""
     serial = serial_correlation(J, residual, row, len(data))
     return serial, "" if serial is None else (
         f"errors of successive rows are correlated ({serial.rho:.2f}): the noise drifts, and the stated deviations "
         f"allow for it"
     )
+
+
+def _shared(
+    J: FloatArray, residual: FloatArray, row: NDArray[np.int64], data: Dataset
+) -> tuple[SerialCorrelation | None, str, Whitening | None]:
+    """What rows of one stay share, the sentence about it, and what takes it out of numbers; arguments of `_memory`."""
+    stay = stays(data)
+    shared = stay_correlation(J, residual, row, stay) if _repeats(row, stay) else None
+    if shared is None:
+        return None, "", None
+    note = (
+        f"errors of rows that were measured in one posture, one after the other, are alike ({shared.rho:.2f}): "
+        f"what the arm misses there counts once, and the stated deviations allow for it"
+    )
+    return shared, note, lambda values: whitened(values, row, stay, shared.rho)
+
+
+def _repeats(row: NDArray[np.int64], stay: IndexArray) -> bool:
+    """Are there rows of one stay?"""
+    return len(np.unique(stay[row])) < len(np.unique(row))
 
 
 def _alike(row: NDArray[np.int64], count: int) -> bool:

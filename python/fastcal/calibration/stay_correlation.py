@@ -40,7 +40,7 @@ def stay_correlation(J: FloatArray, residual: FloatArray, row: IntArray, stay: I
 
     def beside(values: FloatArray) -> FloatArray:
         """K values, values (m, ...)."""
-        return _sums(values, group)[group] - values
+        return group_sums(values, group)[group] - values
 
     Kq = beside(Q)
     B, pairs = Q.T @ Kq, float(np.sum(count * (count - 1)))
@@ -59,6 +59,14 @@ def stay_correlation(J: FloatArray, residual: FloatArray, row: IntArray, stay: I
     return SerialCorrelation(w, covariance, float(np.sqrt(freedom / trace)), trace**2 / square)
 
 
+def whitened(values: FloatArray, row: IntArray, stay: IndexArray, w: float) -> FloatArray:
+    """Omega^-1/2 values, values (m, ...): means of n rows over sqrt(1 + (n - 1) w), what is beside over sqrt(1 - w)."""
+    group = _same_numbers(row, stay)
+    count = np.bincount(group).reshape(-1, *[1] * (values.ndim - 1))
+    mean = group_sums(values, group) / count
+    return np.asarray((values - mean[group]) / np.sqrt(1 - w) + (mean / np.sqrt(1 + (count - 1) * w))[group])
+
+
 def of_stays(
     J: FloatArray, residual: FloatArray, row: IntArray, stay: IndexArray
 ) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -74,7 +82,7 @@ def of_stays(
     root = np.sqrt(np.bincount(group))
     own = np.empty(len(root), dtype=np.int64)
     own[group] = stay[row]
-    return _sums(J, group) / root[:, np.newaxis], _sums(residual, group) / root, own
+    return group_sums(J, group) / root[:, np.newaxis], group_sums(residual, group) / root, own
 
 
 def _same_numbers(row: IntArray, stay: IndexArray) -> IndexArray:
@@ -85,8 +93,8 @@ def _same_numbers(row: IntArray, stay: IndexArray) -> IndexArray:
     return np.asarray(np.unique(key, return_inverse=True)[1])
 
 
-def _sums(values: FloatArray, group: IndexArray) -> FloatArray:
-    """(groups, ...) sums of values (m, ...)."""
+def group_sums(values: FloatArray, group: IndexArray) -> FloatArray:
+    """(groups, ...) sums of values (m, ...), the groups ascending."""
     order = np.argsort(group, kind="stable")
     begins = np.flatnonzero(np.r_[True, np.diff(group[order]) != 0])
     return np.asarray(np.add.reduceat(values[order], begins, axis=0))
