@@ -130,7 +130,7 @@ def covered(seed: int, case: Case) -> tuple[float, bool] | None:
     if result.status != "converged":
         return None
     q = simulator.postures(NEW_POSES)
-    first = {"mount": "smr0"} if case.targets > 1 else {}
+    first: dict[str, Any] = {"mount": "smr0"} if case.targets > 1 else {}
     error = result.model.forward(q, **first)[:, :3, 3] - simulator.points(q)
     t = float(special.stdtrit(max(result.degrees_of_freedom, 1), 0.975))
     inside = np.abs(error) <= t * result.model.position_deviation(q, **first)
