@@ -18,7 +18,7 @@ from fastcal.report.arm import GAP, LINK, Arm, Run
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import board_corners
 from fastcal.robot.robot_spec import Spec
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 Poses = Callable[[str], FloatArray]  # of the frame that `on` names in R postures: (R, 4, 4) [m]
 
@@ -98,7 +98,7 @@ def _pyramid(camera: Spec, deep_mm: float) -> FloatArray:
     """(5, 3) [m] the centre and the corners of the picture, in the camera's frame."""
     (wide, high), (fx, fy), (cx, cy) = camera["size_px"], camera["focal_px"], camera["centre_px"]
     corners = [((u - cx) / fx, (v - cy) / fy, 1.0) for u, v in ((0, 0), (wide, 0), (wide, high), (0, high))]
-    return np.array([(0.0, 0.0, 0.0), *corners]) * (deep_mm / 1000)
+    return np.array([(0.0, 0.0, 0.0), *corners]) * to_si(deep_mm, "mm")
 
 
 def _outline(board: Spec) -> FloatArray:

@@ -286,7 +286,8 @@ def laws_of_some_joints_must_lead_by_more_than_those_of_all() -> None:
             mock.patch.object(plain_models, "_holds_elsewhere", return_value=True),
             mock.patch.object(held_out.rules, "LOSS_SIZE", 1e9),
         ):
-            best = plain_models.best_of_all(rivals_of_many_rows, mock.Mock(), remains=True)
+            nothing = mock.Mock(**{"state.names": []})
+            best = plain_models.best_of_all(rivals_of_many_rows, nothing, remains=True)
         assert best.is_plain is written
 
 

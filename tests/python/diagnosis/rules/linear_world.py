@@ -56,7 +56,7 @@ class World:
         self.geometry = columns(3, seed=1234)
         self.r = measured + noise
         data = SimpleNamespace(time=None, q=q, payload=np.arange(ROWS))
-        robot = SimpleNamespace(joints=[Joint("revolute", link=Link(1.0))])
+        robot = SimpleNamespace(joints=[Joint("revolute", link=Link(1.0))], passive=())
         start = SimpleNamespace(robot=robot)
         self.problem = SimpleNamespace(
             threads=1,

@@ -107,7 +107,8 @@ def a_claim_is_wrong_where_chance_makes_it_so_in_one_of_a_hundred() -> None:
 @falls_with(ALPHA_MEMORY=1e-12)
 @falls_with(ALPHA_MEMORY=0.5)
 def rows_err_alike_where_chance_makes_them_so_in_one_of_a_hundred() -> None:
-    problem = SimpleNamespace(data=Dataset.from_arrays(np.zeros((320, 1))), rows=np.arange(320))
+    every = np.arange(320)
+    problem = SimpleNamespace(data=Dataset.from_arrays(np.zeros((320, 1))), rows=every, stays=every)
     for slow, has_memory in ((40, False), (160, True)):  # 1 and 4 standard deviations
         r = np.r_[np.tile([1.0, 1, 1, 1, -1, -1, -1, -1], slow // 8), np.tile([1.0, 1, -1, -1], (320 - slow) // 4)]
         assert (memory.memory(problem, np.ones((320, 1)), r, np.arange(320), NONE) > 0) == has_memory
