@@ -25,9 +25,9 @@ from fastcal.measurements.observations import kind_of, kinds_of, plurals, withou
 def information_of(problem: LinearProblem, data: Dataset) -> tuple[FloatArray, list[str]]:
     """(p, p) of the free parameters, scaled, and what is not counted, a sentence each.
 
-    Data without a measured number are a plan, of which every pose counts with all that it will read.
+    Data of which nothing was measured or touched are a plan, of which every pose counts with all that it will read.
     """
-    if not any(data.table(field) is not None for fields in data.kinds.values() for field in fields):
+    if not data.measured.any():
         done = problem.planned_rows(data)
         return np.asarray(done.T @ done), []
     data, notes = _countable(problem, data)
