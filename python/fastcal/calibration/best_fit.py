@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.bent_intervals import reaches
 from fastcal.calibration.curvature import bend, bend_caveat, is_bent
 from fastcal.calibration.geometry_anchoring import pulls
 from fastcal.calibration.kind_noise import noise_by_kind, scaled
@@ -136,6 +135,8 @@ def _bent(near: Residuals, problem: CalibrationProblem, *, is_free: bool) -> tup
     size = bend(near, problem)
     if not is_bent(size):
         return None, []
+    from fastcal.calibration.bent_intervals import reaches  # SciPy takes longer to import than a fit
+
     return (reaches(near, problem) if is_free else None), [bend_caveat(size, follows=is_free)]
 
 

@@ -4,6 +4,7 @@
 
 import json
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -121,7 +122,7 @@ def test_what_with_tracker_refuses() -> None:
     with pytest.raises(InvalidInput, match="at least 100 mm from the instrument"):
         data.with_tracker(RANGE, ANGLE, [1.0, 1.0, 1.05])
     with pytest.raises(InvalidInput, match="expected measured points"):
-        data.without_points().with_tracker(RANGE, ANGLE)
+        replace(data, position=None).with_tracker(RANGE, ANGLE)
     with pytest.raises(InvalidInput, match="shape"):
         data.with_tracker(RANGE, ANGLE, [1.0, 2.0])
 
