@@ -112,7 +112,7 @@ def _smooth(problem: CalibrationProblem, near: Residuals, rows: IntArray, places
     off = near.scale * np.sqrt(np.mean(residual[others] ** 2))
     if off > _LARGEST_EFFECT * problem.robot.reach:
         return False
-    return points_depend(J[others], residual[others], places[~agree], problem.robot, problem.data) < _SMOOTH
+    return points_depend(J[others], residual[others], places[~agree], problem.robot, problem.data).alike < _SMOOTH
 
 
 def _refitted(

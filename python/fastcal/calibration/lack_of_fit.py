@@ -10,13 +10,14 @@ with these two gives the p-value (the variance-component score test of X. Lin 19
 
 Noise is not alike everywhere: joints that come back a little off make more of it where the arm is long. With a_i what
 row i adds to Z^T r, noise of any size in each row gives |Z^T r|^2 the mean sum |a_i|^2 and the variance
-2 (sum (a_i . a_j)^2 - sum |a_i|^4), each sign being as likely as the other (H. White 1980, by rows). Both must object.
+2 (sum (a_i . a_j)^2 - sum |a_i|^4), each sign being as likely as the other (H. White 1980, by rows).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,19 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.stay_correlation import group_sums
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
+
+
+class Chance(NamedTuple):
+    """How probable it is that noise makes residuals which depend so on the posture.
+
+    Attributes:
+        alike: Noise of one size.
+        any_size: The larger of that and of noise of any size in each row.
+    """
+
+    alike: float
+    any_size: float
+
 
 Whitening = Callable[[FloatArray], FloatArray]
 
@@ -64,7 +78,7 @@ def points_depend(
     data: Dataset,
     white: Whitening | None = None,
     stay: IndexArray | None = None,
-) -> float:
+) -> Chance:
     """`posture_p_value` of the points of some rows of the data; J (3 n, p) and residual (3 n,) are theirs.
 
     `white` takes out of them, (3 n, ...), what rows share; rows of one `stay` (N,) count as one.
@@ -87,7 +101,7 @@ def readings_depend(
     number: IntArray,
     white: Whitening | None = None,
     stay: IndexArray | None = None,
-) -> float:
+) -> Chance:
     """The same of any numbers: J (m, p) and residual (m,) of number `number` (m,) in row `row` (m,)."""
     lever = whitened_levers(problem, found, row, number)
     if white is not None:
@@ -122,7 +136,7 @@ def pictures_as_postures(
 
 def posture_p_value(
     J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray, row: IntArray | None = None
-) -> float:
+) -> Chance:
     """`dependence_p_value` of points: three numbers of each row, for which it has the features (N, k)."""
     own = np.repeat(np.arange(len(features)), 3) if row is None else row
     return dependence_p_value(J, residual, lever, np.repeat(features, 3, axis=0), own)
@@ -130,7 +144,7 @@ def posture_p_value(
 
 def dependence_p_value(
     J: FloatArray, residual: FloatArray, lever: FloatArray, features: FloatArray, row: IntArray
-) -> float:
+) -> Chance:
     """The probability that noise makes residuals which depend so on the posture.
 
     Args:
@@ -142,7 +156,7 @@ def dependence_p_value(
     """
     nu = len(residual) - J.shape[1]
     if nu < 3 or features.shape[1] == 0:
-        return 1.0
+        return Chance(1.0, 1.0)
     Q = np.linalg.qr(J)[0]
     r = residual - Q @ (Q.T @ residual)
     Z = (lever[:, :, np.newaxis] * features[:, np.newaxis]).reshape(len(residual), -1)
@@ -151,16 +165,17 @@ def dependence_p_value(
     after = np.linalg.norm(Z, axis=0)
     Z = Z[:, after > _ABSORBED * before] / after[after > _ABSORBED * before]
     if Z.shape[1] == 0 or not r @ r > 0:
-        return 1.0
+        return Chance(1.0, 1.0)
     G = Z.T @ Z
     trace, square = float(np.trace(G)), float(np.sum(G * G))
     mean = trace / nu
     variance = 2 * (nu * square - trace**2) / (nu**2 * (nu + 2))
     T = float(np.sum((Z.T @ r) ** 2))
     if not variance > 0:
-        return 1.0
+        return Chance(1.0, 1.0)
     alike = gamma_tail(mean**2 / variance, T / float(r @ r) * mean / variance)
     A = group_sums(Z * r[:, np.newaxis], row) * np.sqrt(len(r) / nu)  # with what the fit took of the noise
     AA = A.T @ A
     mean, variance = float(np.trace(AA)), 2 * float(np.sum(AA * AA) - np.sum(np.sum(A * A, axis=1) ** 2))
-    return max(alike, gamma_tail(mean**2 / variance, T * mean / variance)) if variance > 0 else alike
+    any_size = gamma_tail(mean**2 / variance, T * mean / variance) if variance > 0 else alike
+    return Chance(alike, max(alike, any_size))

@@ -249,11 +249,13 @@ def noise_and_posture(
         notes.append(lens)
     whole = np.bincount(row, minlength=len(data)) == 3
     if near.kind_of_number == [near.kind] * 3 and np.sum(whole) * 3 == len(residual) and data.position is not None:
-        p = points_depend(J, residual, np.flatnonzero(whole), problem.robot, data, white, stays(data))
+        chance = points_depend(J, residual, np.flatnonzero(whole), problem.robot, data, white, stays(data))
     else:
-        p = readings_depend(problem, found, J, residual, row, near.number[near.kept], white, stays(data))
+        chance = readings_depend(problem, found, J, residual, row, near.number[near.kept], white, stays(data))
+    # Larger noise in some rows may look like an effect, but no condition explains the half of it.
+    effect = condition_that_explains(problem, near) if chance.alike < CHANCE else None
+    p = chance.any_size if effect is None else chance.alike
     if p < CHANCE:
-        effect = condition_that_explains(problem, near)
         more = "`fastcal diagnose` looks for it"
         if problem.robot.of_poses:
             more = "the controller's poses, the lens or the board's size may be off"

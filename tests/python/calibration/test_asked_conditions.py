@@ -93,7 +93,7 @@ def test_a_move_beside_a_load_is_told_with_it() -> None:
     result = calibrated(true, 5, move=8e-3, payload=loads("in turn"))
     said = " ".join(result.notes)
     assert "tracker, the base or the target moved" in said
-    assert "the errors depend on payload_kg" in said
+    assert "payload_kg, by joint_compliance" in said
 
 
 def test_the_criterion_is_schwarzs() -> None:
