@@ -13,9 +13,9 @@ from scipy import linalg
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
-from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import rules, unexplained
-from fastcal.diagnosis.held_out import folds, gain, squares
+from fastcal.diagnosis.held_out import folds
+from fastcal.diagnosis.held_out_gains import beyond, gains
 from fastcal.diagnosis.library import SLOW, Hypothesis, is_excluded, load_of_form, other_forms, with_number
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
@@ -157,31 +157,8 @@ def borne_out(search: Search, state: SearchNode) -> SearchNode:
         state = search.state(rest, state) if rest else search.start
     if not state.names:
         return state
-    less, error = _beyond(state, search.start)
+    less, error = beyond(state, search.start)
     return state if less > min(_least_gain(search, state, name) for name in state.names) * error else search.start
-
-
-def gains(search: Search, state: SearchNode) -> list[tuple[float, float]]:
-    """By how much each name helps to predict held-out rows, and its standard error.
-
-    `SearchNode.gains` takes what the rows would be without a name from the linearized rows. Closed loops bend between
-    the two: of these the fit without it counts as well, if it leaves more of the rows that it was fitted to.
-    """
-    if not search.problem.start.robot.passive:
-        return state.gains
-    bent = [_beyond(state, search.without(state, name)) for name in state.names]
-    return [max(pair, key=_deviations) for pair in zip(state.gains, bent, strict=True)]
-
-
-def _beyond(state: SearchNode, simpler: SearchNode) -> tuple[float, float]:
-    """By how much a set predicts held-out rows better than a simpler one, with closed loops than that one fits them."""
-    if not state.fit.problem.start.robot.passive:
-        return gain(state.predicted, simpler.predicted)
-    return gain(state.predicted, squares(simpler.fit), posture_groups(state.fit.problem.data))
-
-
-def _deviations(helps: tuple[float, float]) -> float:
-    return helps[0] / max(helps[1], 1e-300)
 
 
 def _is_oversized_wave(state: SearchNode, name: Hypothesis) -> bool:

@@ -150,7 +150,8 @@ def _succession(problem: Problem, row: IndexArray) -> tuple[IndexArray, FloatArr
     source, share = np.arange(len(place)), np.zeros(len(place))  # by row
     source[after[follows]] = before[follows]
     steps = (stay[after] - stay[before])[follows]
-    share[after[follows]] = np.where(steps == 0, problem.noise.shared, problem.noise.memory ** steps.astype(float))
+    of = problem.noise
+    share[after[follows]] = np.where(steps == 0, max(of.shared, of.memory), of.memory ** steps.astype(float))
     return np.arange(len(row)) + (first[source] - first)[row], share[row]
 
 
