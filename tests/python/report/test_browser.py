@@ -75,23 +75,29 @@ INKED = """
         }
         return { share: count / (data.length / 4), sum };
       };
-      const painted = () => new Promise((done) => setTimeout(done, 200));"""
+    """
+PAINTED = """
+      const painted = (scene) => new Promise((done) => {
+        const look = () => { scene.asked ? setTimeout(look, 20) : done(); }; // a frame that was asked for
+        look();
+      });"""
 
 
 def test_the_arm_turns_by_mouse_and_keys_without_a_graphics_card(browser: Any, page: str) -> None:
-    script = f"""{INKED}
+    script = f"""{INKED}{PAINTED}
       const plot = canvas.parentElement;
       const {{ scene }} = plot;
+      await painted(scene);
       const seen = [[scene.azimuth, scene.height, inked()]];
       const mouse = (type, clientX, clientY) => canvas.dispatchEvent(new PointerEvent(type, {{ clientX, clientY }}));
       scene.canvas.setPointerCapture = () => {{}}; // there is no pointer to capture
       mouse("pointerdown", 300, 300); mouse("pointermove", 360, 320); mouse("pointerup", 360, 320);
-      await painted(); seen.push([scene.azimuth, scene.height, inked()]);
+      await painted(scene); seen.push([scene.azimuth, scene.height, inked()]);
       const press = (key) => plot.dispatchEvent(new KeyboardEvent("keydown", {{ key }}));
       ["ArrowRight", "ArrowRight", "ArrowUp", "+"].forEach(press);
-      await painted(); seen.push([scene.azimuth, scene.height, inked()]);
+      await painted(scene); seen.push([scene.azimuth, scene.height, inked()]);
       press("Home");
-      await painted(); seen.push([scene.azimuth, scene.height, inked()]);
+      await painted(scene); seen.push([scene.azimuth, scene.height, inked()]);
       return [plot.tabIndex, seen];"""
     focusable, (first, dragged, keyed, back) = browser.probe(page, script)
     assert focusable == 0
@@ -106,10 +112,10 @@ def test_the_arm_turns_by_mouse_and_keys_without_a_graphics_card(browser: Any, p
 
 
 def test_a_point_says_its_error_and_a_click_chooses_its_row(browser: Any, page: str) -> None:
-    script = """
+    script = PAINTED + """
       const plot = document.querySelector("#figure-workspace .plot");
       const { scene } = plot;
-      await new Promise((done) => setTimeout(done, 200));
+      await painted(scene);
       const frame = scene.canvas.getBoundingClientRect();
       const { at } = scene.seen[1];
       const points = [...scene.data[1].x.keys()], place = (k) => [at[3 * k], at[3 * k + 1]];
@@ -121,7 +127,7 @@ def test_a_point_says_its_error_and_a_click_chooses_its_row(browser: Any, page: 
       for (const type of ["pointermove", "pointerdown", "pointerup"])
         scene.canvas.dispatchEvent(new PointerEvent(type, { clientX, clientY }));
       const told = plot.querySelector(".tip").textContent;
-      await new Promise((done) => setTimeout(done, 200));
+      await painted(scene);
       const [dots, measured] = [scene.data[1], scene.data.at(-1)];
       return [told, dots.customdata[k], ["x", "y", "z"].map((axis) => [measured[axis][0], dots[axis][k]])];"""
     told, error, points = browser.probe(page, script)
@@ -165,7 +171,7 @@ def test_the_buttons_switch_the_arrows(browser: Any, page: str) -> None:
 
 
 def test_the_slider_and_an_outlying_row_move_the_arm(browser: Any, page: str) -> None:
-    script = """
+    script = PAINTED + """
       const figure = document.getElementById("figure-workspace");
       const plot = figure.querySelector(".plot").scene;
       const [slider, said] = [figure.querySelector(".posture input"), figure.querySelector(".posture output")];
@@ -180,10 +186,10 @@ def test_the_slider_and_an_outlying_row_move_the_arm(browser: Any, page: str) ->
       const plain = [0, 1, 2, 3, 4, 5, 6, 7].find((k) => !outlying.has(`0:${k}`));
       const seen = [plain];
       slider.value = plain; slider.dispatchEvent(new Event("input"));
-      await new Promise((done) => setTimeout(done, 200)); seen.push(look());
+      await painted(plot); seen.push(look());
       const [row] = rows;
       row.click();
-      await new Promise((done) => setTimeout(done, 200)); seen.push(look());
+      await painted(plot); seen.push(look());
       return [row.cells[0].dataset.sort, ...seen];"""
     row, plain, slid, clicked = browser.probe(page, script)
     assert slid["said"] == f"Training, row {plain}"
