@@ -11,8 +11,8 @@ besides a common factor. k is the one that makes the residuals beside a model X 
 (restricted likelihood; H. Patterson, R. Thompson 1971): the least of log|C| + log|X^T C^-1 X| + nu log(r^T P r).
 
 Whether there is any is asked before. With K = G G^T - c, c such that E r^T K r = 0 for white noise beside the model,
-r^T K r has at most the variance 2 s^4 tr(K^2 M), M = 1 - h, each posture on its own; heavy tails make it larger, and so
-the sum of the squares of what the postures add is taken where that is more.
+r^T K r has at most the variance 2 s^4 tr(K^2 M), M = 1 - h, each posture on its own; heavy tails make it larger, and
+so half the sum of the squares of what the postures add, which hold what is looked for too, is taken where that is more.
 """
 
 from __future__ import annotations
@@ -22,13 +22,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fastcal.arrays import FloatArray, IndexArray
+from fastcal.arrays import FloatArray, IndexArray, IntArray
+from fastcal.calibration.serial_correlation import SerialCorrelation
 from fastcal.calibration.tall import gram
 
 # Standard deviations by which the numbers of far postures must err more for k to be looked for.
 DEVIATIONS = 3.0
 # Twice the log of the likelihood that k must gain: white noise gains so much in one of two thousand sets.
 GAIN = 11.0
+# Share of the degrees of freedom that smooth curves take beside a fit.
+FREEDOM_SHARE = 0.35
+_ABSORBED = 1e-3  # share of a curve that the fit leaves of it: below this it explains it
 _RIDGE = 1e-9  # on unit columns
 _STEP = float(np.log(2.0))  # of log k
 _MOST_STEPS = 12
@@ -67,6 +71,15 @@ class JointNoise:
             table = values[rows].reshape(*own.shape, -1)
             out[rows] = (W @ table).reshape(len(at), *values.shape[1:])
         return out
+
+    def colored(self, values: FloatArray, k: float) -> FloatArray:
+        """C values, values (m, ...)."""
+        return self.whitened(self.whitened(values, 0.0, k), 0.0, k)
+
+    def traces(self, k: float) -> tuple[float, float]:
+        """Of C - 1 and of C^2 - 1."""
+        more = [k**2 * spread for _, _, spread in self.parts]
+        return float(sum(np.sum(a) for a in more)), float(sum(np.sum(2 * a + a**2) for a in more))
 
     def log_determinant(self, k: float) -> float:
         """Of C."""
@@ -125,29 +138,26 @@ def _excess(blocks: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> tupl
         alike += 2 * variance**2 * float(np.einsum("bij,bjk,bki->", D, D, M))
         own += float(np.sum((square - variance * np.einsum("bij,bji->b", D, M)) ** 2))
         slope += float(np.einsum("bij,bjk,bkl,bli->", D, M, K, M))
-    error = np.sqrt(max(alike, own))
+    error = np.sqrt(max(alike, own / 2))
     if error <= 0 or slope <= 0:
         return 0.0, 0.0
     return found / error, float(np.sqrt(max(found, 0.0) / slope / variance))
 
 
-def likeliest(
-    X: FloatArray, r: FloatArray, noise: JointNoise, near: float, begun: float = 0.0
-) -> tuple[float, float]:
-    """K at which the residuals are likeliest, and by how much twice the log of the likelihood exceeds that of k = 0.
+def likeliest(X: FloatArray, r: FloatArray, noise: JointNoise, near: float) -> tuple[float, float]:
+    """The k at which residuals are likeliest, and by how much twice the log of the likelihood exceeds that of k = 0.
 
     Args:
-        X: (m, p) unit columns of the model, priors among its rows.
-        r: (m,) what it is to explain; both are whitened for the k `begun` with.
+        X: (m, p) columns of the model, about unit ones.
+        r: (m,) what it is to explain.
         noise: Of these numbers.
         near: k to begin at, above 0.
-        begun: As in `JointNoise.whitened`.
     """
     both, p = np.column_stack([X, r]), X.shape[1]
     known: dict[float, float] = {}
 
     def misfit(k: float) -> float:
-        N = gram(noise.whitened(both, k, begun))
+        N = gram(noise.whitened(both, k))
         N[np.diag_indices(p)] += _RIDGE
         root = np.diag(np.linalg.cholesky(N))
         rank = int(np.sum(root[:p] ** 2 > 100 * _RIDGE))
@@ -171,3 +181,83 @@ def likeliest(
     vertex = middle + (0.5 * _STEP * (low - high) / (low + high) if low + high > 0 else 0.0)
     best = min((middle, vertex), key=at)
     return near * float(np.exp(best)), misfit(0.0) - at(best)
+
+
+@dataclass(frozen=True, eq=False)
+class JointRepeatability:
+    """How badly joints repeat, and what that makes of a fit by least squares.
+
+    Attributes:
+        k: [rad; of slides m].
+        by_stay: Do rows of one stay share the errors of its joints?
+        over_noise: The same over the standard deviation of the whitened numbers without it.
+        noise: Of the numbers.
+        fit: Covariance, noise and degrees of freedom of the fit; `rho` is 0.
+    """
+
+    k: float
+    by_stay: bool
+    over_noise: float
+    noise: JointNoise
+    fit: SerialCorrelation
+
+    def whitened(self, values: FloatArray) -> FloatArray:
+        """C^-1/2 values, values (m, ...)."""
+        return self.noise.whitened(values, self.over_noise)
+
+
+def joint_repeatability(
+    J: FloatArray, residual: FloatArray, lever: FloatArray, curves: FloatArray, row: IntArray, stay: IndexArray
+) -> JointRepeatability | None:
+    """What joints that repeat badly make of a fit; None where they need not.
+
+    k is found beside the fit's columns and as many of the smooth `curves` of its joints as FREEDOM_SHARE allows, those
+    that do most first: what the model lacks is no noise. The covariance is s^2 H C H^T, H = (J^T J)^-1 J^T, with
+    s^2 = |r|^2 / tr(M C), and degrees of freedom are F. Satterthwaite's, as in `serial_correlation`.
+
+    Args:
+        J: (m, p) whitened columns of the free parameters, of full rank.
+        residual: (m,) whitened.
+        lever: (m, n) by what each joint moves each number, over its deviation.
+        curves: (m, c) smooth functions of the posture, by the row of each number.
+        row: (m,) the row that each number belongs to, ascending.
+        stay: (N,) of each row.
+    """
+    Q, R = np.linalg.qr(J)
+    r = residual - Q @ (Q.T @ residual)
+    freedom = len(r) - len(R)
+    far, near = grows_with_reach(lever, r, hats(Q, row))
+    if far < DEVIATIONS or freedom < 3:
+        return None
+    X = np.hstack([Q, _smooth(Q, lever, curves, int(FREEDOM_SHARE * freedom))])
+    best: tuple[float, float, bool, JointNoise] | None = None
+    for by_stay in [False, True][: 1 + (len(np.unique(stay[row])) < len(np.unique(row)))]:
+        noise = JointNoise.of(lever, stay[row] if by_stay else row)
+        k, gain = likeliest(X, residual, noise, near)
+        if gain > GAIN and (best is None or gain > best[0]):
+            best = gain, k, by_stay, noise
+    if best is None:
+        return None
+    _, k, by_stay, noise = best
+    CQ = noise.colored(Q, k)
+    B = Q.T @ CQ
+    more, square = noise.traces(k)
+    trace = len(r) + more - float(np.trace(B))
+    squares = len(r) + square - 2 * float(np.sum(CQ**2)) + float(np.sum(B * B))
+    inverse, size = np.linalg.inv(R), float(r @ r) / trace
+    usual = np.sqrt(size * (1 + more / len(r)) / (float(r @ r) / freedom))
+    fit = SerialCorrelation(0.0, inverse @ B @ inverse.T * size, float(usual), trace**2 / squares)
+    return JointRepeatability(k * float(np.sqrt(size)), by_stay, k, noise, fit)
+
+
+def _smooth(Q: FloatArray, lever: FloatArray, curves: FloatArray, most: int) -> FloatArray:
+    """(m, k) orthonormal, `most` at most: what smooth errors of the joints do beyond Q (m, p), the largest first."""
+    Z = (lever[:, :, np.newaxis] * curves[:, np.newaxis]).reshape(len(lever), -1)
+    before = np.linalg.norm(Z, axis=0)
+    Z = Z - Q @ (Q.T @ Z)
+    after = np.linalg.norm(Z, axis=0)
+    is_seen = after > _ABSORBED * before
+    values, vectors = np.linalg.eigh(gram(Z[:, is_seen] / after[is_seen]))
+    kept = np.argsort(-values, kind="stable")[:most]
+    kept = kept[values[kept] > _RIDGE * values.max(initial=0.0)]
+    return np.asarray(np.linalg.qr((Z[:, is_seen] / after[is_seen]) @ vectors[:, kept])[0])

@@ -16,6 +16,7 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.calibration.joint_noise import DEVIATIONS, GAIN, JointNoise, grows_with_reach, likeliest
+from fastcal.calibration.tall import taken
 from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.rich_model import RichModel
 from fastcal.place import joint_name
@@ -47,26 +48,18 @@ def with_joint_noise(beside: RichModel) -> RichModel:
 
 def _likeliest(beside: RichModel, near: float) -> Noise | None:
     """The noise with which what a rich model leaves is likeliest, if that is clear; `near` to begin with."""
-    problem, noise, lever = beside.problem, beside.noise, _lever(beside)
+    problem, noise = beside.problem, beside.noise
     _A, r, row = beside.fit.whitened
-    kept = np.flatnonzero(~np.isin(row, beside.left.wrong))
-    own, X, r = row[kept], beside.columns[kept], r[kept]
-    whole = np.zeros((len(row), lever.shape[1]))
-    whole[: len(lever)] = lever
-    begun = noise.repeatability * noise.factor
-    ways = [False]
-    stay = problem.stays[problem.rows]
-    if len(np.unique(stay)) < len(stay):
-        ways = [True, False] if noise.by_stay or not begun else [False, True]
+    kept = np.flatnonzero((row >= 0) & ~np.isin(row, beside.left.wrong))
+    row, X, r, lever = row[kept], taken(beside.columns, kept), r[kept], _lever(beside)[kept]
+    stay, begun = problem.stays[problem.rows], noise.repeatability * noise.factor
+    blocks = {False: JointNoise.of(lever, row), True: JointNoise.of(lever, stay[row])}
+    if begun:
+        raw = blocks[noise.by_stay]
+        X, r = raw.whitened(X, 0.0, begun), raw.whitened(r, 0.0, begun)
     best: tuple[float, Noise] | None = None
-    for by_stay in ways:
-        posture = np.where(own < 0, -1, stay[own]) if by_stay else own
-        blocks = JointNoise.of(whole[kept], posture)
-        white = X, r
-        if begun and by_stay != noise.by_stay:  # whitened the other way
-            before = JointNoise.of(whole[kept], np.where(own < 0, -1, stay[own]) if noise.by_stay else own)
-            white = before.whitened(X, 0.0, begun), before.whitened(r, 0.0, begun)
-        k, gain = likeliest(*white, blocks, near * noise.factor, begun if by_stay == noise.by_stay else 0.0)
+    for by_stay in [False, True][: 1 + (len(np.unique(stay)) < len(stay))]:
+        k, gain = likeliest(X, r, blocks[by_stay], near * noise.factor)
         if gain > GAIN and (best is None or gain > best[0]):
             best = gain, replace(noise, repeatability=k / noise.factor, by_stay=by_stay)
     return None if best is None else best[1]
