@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -183,6 +184,42 @@ def likeliest(X: FloatArray, r: FloatArray, noise: JointNoise, near: float) -> t
     return near * float(np.exp(best)), misfit(0.0) - at(best)
 
 
+class Likeliest(NamedTuple):
+    """The k that is found, over the deviation of a number, what it gains, and the postures that it is of."""
+
+    k: float
+    gain: float
+    by_stay: bool
+    noise: JointNoise
+
+
+def likeliest_noise(
+    X: FloatArray, r: FloatArray, lever: FloatArray, row: IntArray, stay: IndexArray, command: IndexArray, near: float
+) -> Likeliest | None:
+    """The noise of joints that stand off anew in each row, or in each stay; None where that is not clearly likelier.
+
+    Where it is likelier that they stand off alike whenever an arm is sent to one posture, that is no noise.
+
+    Args:
+        X: (m, p) columns of the model, about unit ones.
+        r: (m,) what it is to explain.
+        lever: (m, n) by what each joint moves each number, over its deviation.
+        row: (m,) the row that each number belongs to.
+        stay: (N,) the stay in a posture of each row.
+        command: (N,) the posture that was asked for.
+        near: k to begin at, above 0.
+    """
+    groups = [row, stay[row], command[row]]
+    counts = [len(np.unique(group)) for group in groups]
+    best = None
+    for i in (0, *(i for i in (1, 2) if counts[i] < counts[i - 1])):
+        noise = JointNoise.of(lever, groups[i])
+        k, gain = likeliest(X, r, noise, near)
+        if gain > GAIN and (best is None or gain > best[0]):
+            best = gain, i, k, noise
+    return None if best is None or best[1] == 2 else Likeliest(best[2], best[0], best[1] == 1, best[3])
+
+
 @dataclass(frozen=True, eq=False)
 class JointRepeatability:
     """How badly joints repeat, and what that makes of a fit by least squares.
@@ -207,7 +244,13 @@ class JointRepeatability:
 
 
 def joint_repeatability(
-    J: FloatArray, residual: FloatArray, lever: FloatArray, curves: FloatArray, row: IntArray, stay: IndexArray
+    J: FloatArray,
+    residual: FloatArray,
+    lever: FloatArray,
+    curves: FloatArray,
+    row: IntArray,
+    stay: IndexArray,
+    command: IndexArray,
 ) -> JointRepeatability | None:
     """What joints that repeat badly make of a fit; None where they need not.
 
@@ -221,7 +264,8 @@ def joint_repeatability(
         lever: (m, n) by what each joint moves each number, over its deviation.
         curves: (m, c) smooth functions of the posture, by the row of each number.
         row: (m,) the row that each number belongs to, ascending.
-        stay: (N,) of each row.
+        stay: (N,) the stay in a posture of each row.
+        command: (N,) the posture that was asked for.
     """
     Q, R = np.linalg.qr(J)
     r = residual - Q @ (Q.T @ residual)
@@ -230,15 +274,10 @@ def joint_repeatability(
     if far < DEVIATIONS or freedom < 3:
         return None
     X = np.hstack([Q, _smooth(Q, lever, curves, int(FREEDOM_SHARE * freedom))])
-    best: tuple[float, float, bool, JointNoise] | None = None
-    for by_stay in [False, True][: 1 + (len(np.unique(stay[row])) < len(np.unique(row)))]:
-        noise = JointNoise.of(lever, stay[row] if by_stay else row)
-        k, gain = likeliest(X, residual, noise, near)
-        if gain > GAIN and (best is None or gain > best[0]):
-            best = gain, k, by_stay, noise
-    if best is None:
+    found = likeliest_noise(X, residual, lever, row, stay, command, near)
+    if found is None:
         return None
-    _, k, by_stay, noise = best
+    k, noise = found.k, found.noise
     CQ = noise.colored(Q, k)
     B = Q.T @ CQ
     more, square = noise.traces(k)
@@ -247,7 +286,7 @@ def joint_repeatability(
     inverse, size = np.linalg.inv(R), float(r @ r) / trace
     usual = np.sqrt(size * (1 + more / len(r)) / (float(r @ r) / freedom))
     fit = SerialCorrelation(0.0, inverse @ B @ inverse.T * size, float(usual), trace**2 / squares)
-    return JointRepeatability(k * float(np.sqrt(size)), by_stay, k, noise, fit)
+    return JointRepeatability(k * float(np.sqrt(size)), found.by_stay, k, noise, fit)
 
 
 def _smooth(Q: FloatArray, lever: FloatArray, curves: FloatArray, most: int) -> FloatArray:

@@ -20,6 +20,7 @@ from fastcal.calibration.lens_columns import lens_columns, lens_note
 from fastcal.calibration.levers import whitened_levers
 from fastcal.calibration.postures import stays
 from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.repeatability import pose_groups
 from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.calibration.serial_correlation import SerialCorrelation, neighbour_correlation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
@@ -306,12 +307,13 @@ def _joints(
         return None, "", None
     lever = whitened_levers(problem, found, row, number)
     curves = posture_features(data, problem.robot.joint_types)[row]
-    repeats = joint_repeatability(J, residual, lever, curves, row, stays(data))
+    repeats = joint_repeatability(J, residual, lever, curves, row, stays(data), pose_groups(data))
     if repeats is None:
         return None, "", None
+    also = ", rows measured in one posture share them" if repeats.by_stay else ""
     note = (
-        f"the joints repeat to about {from_si(repeats.k, 'mrad'):.2g} mrad, so that errors grow with reach: the stated "
-        f"deviations allow for it"
+        f"the joints repeat to about {from_si(repeats.k, 'mrad'):.2g} mrad: errors grow with reach{also}, and the "
+        f"stated deviations allow for it"
     )
     return repeats.fit, note, repeats.whitened
 

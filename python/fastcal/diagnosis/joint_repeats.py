@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Do the joints repeat so badly that errors grow with the arm's reach? Asked beside the rich model.
 
-There no missing effect passes for it, as far as rows show one. Three witnesses have to agree: what rows leave grows
-with what the joints move them by (`grows_with_reach`), the likelihood prefers joints that repeat badly by GAIN, and
-postures that were visited again scatter as that says. Where rows of one stay in a posture could share the errors of
-its joints, the likelier of the two is taken.
+There no missing effect passes for it, as far as rows show one. What rows leave has to grow with what the joints move
+them by (`grows_with_reach`), and the likelihood to prefer joints that repeat badly, anew in each row or in each stay,
+clearly, and to errors that come again whenever a posture is visited (`likeliest_noise`).
 """
 
 from __future__ import annotations
@@ -15,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.calibration.joint_noise import DEVIATIONS, GAIN, JointNoise, grows_with_reach, likeliest
+from fastcal.calibration.joint_noise import DEVIATIONS, JointNoise, grows_with_reach, likeliest_noise
+from fastcal.calibration.repeatability import pose_groups
 from fastcal.calibration.tall import taken
 from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.rich_model import RichModel
@@ -53,20 +53,14 @@ def _likeliest(beside: RichModel, near: float) -> Noise | None:
     kept = np.flatnonzero((row >= 0) & ~np.isin(row, beside.left.wrong))
     row, X, r, lever = row[kept], taken(beside.columns, kept), r[kept], _lever(beside)[kept]
     stay, begun = problem.stays[problem.rows], noise.repeatability * noise.factor
-    blocks = {False: JointNoise.of(lever, row), True: JointNoise.of(lever, stay[row])}
     if begun:
-        raw = blocks[noise.by_stay]
+        raw = JointNoise.of(lever, stay[row] if noise.by_stay else row)
         X, r = raw.whitened(X, 0.0, begun), raw.whitened(r, 0.0, begun)
-    best: tuple[float, Noise] | None = None
-    for by_stay in [False, True][: 1 + (len(np.unique(stay)) < len(stay))]:
-        k, gain = likeliest(X, r, blocks[by_stay], near * noise.factor)
-        if gain > GAIN and (best is None or gain > best[0]):
-            best = gain, replace(noise, repeatability=k / noise.factor, by_stay=by_stay)
-    return None if best is None else best[1]
+    found = likeliest_noise(X, r, lever, row, stay, pose_groups(problem.kept), near * noise.factor)
+    return None if found is None else replace(noise, repeatability=found.k / noise.factor, by_stay=found.by_stay)
 
 
 def _lever(beside: RichModel) -> FloatArray:
     """(m, n) by what each joint moves the measured numbers, as `Fit.standardized` has these."""
     frames, count = beside.offered.frames, beside.problem.start.robot.joint_count
     return np.column_stack([frames[joint_name(i)][:, 0] for i in range(count)])
-

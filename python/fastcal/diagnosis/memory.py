@@ -160,11 +160,18 @@ def with_memory_named(note: str, noise: Noise) -> str:
     """A sentence about the noise, with what rows share in it where the tests allow for that."""
     clauses = [note]
     if noise.repeatability > 0:
+        size = float(from_si(noise.repeatability * noise.factor, "mrad"))
         clauses.append(
             said(
-                "the joints repeat to about {size:.2g} mrad, so that errors grow with reach, and all tests and stated "
+                "the joints repeat to about {size:.2g} mrad: errors grow with reach, rows measured in one posture "
+                "share them, and all tests and stated deviations allow for it",
+                size=size,
+            )
+            if noise.by_stay
+            else said(
+                "the joints repeat to about {size:.2g} mrad: errors grow with reach, and all tests and stated "
                 "deviations allow for it",
-                size=float(from_si(noise.repeatability * noise.factor, "mrad")),
+                size=size,
             )
         )
     if noise.memory > 0:

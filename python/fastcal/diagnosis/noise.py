@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy import special
@@ -90,7 +89,7 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     rho = slow.rho
     if slow.found:
         beside = beside.with_motions(slow.found)
-    beside = _with_joint_noise(beside)
+    beside = with_joint_noise(beside)
     _A, r, row = beside.fit.whitened
     if rho > 0 and beside.columns is not at_rest:
         rho = memory(every, beside.columns, r, row, beside.left.wrong)
@@ -113,15 +112,6 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     joints = joint_share(found)
     sigma = float(np.hypot(level.sigma, joints))
     return replace(found, used=used), replace(level, noise=found.noise, note=note, sigma=sigma, joints=joints)
-
-
-def _with_joint_noise(beside: RichModel) -> RichModel:
-    """With that of joints which repeat badly, unless postures that were visited again scatter less than that says."""
-    found = with_joint_noise(beside)
-    if found is beside:
-        return beside
-    shown = _against_repeats(found.problem, found.left, found.problem.data)
-    return beside if shown is not None and shown.against < shown.low else found
 
 
 def left_out(wrong: IndexArray, gross: IndexArray, data: Dataset) -> IndexArray:
@@ -294,10 +284,15 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
     A claim that the repeats bear out (chi square, two-sided ALPHA_NOISE) is taken as it is; where the rich model leaves
     as much (F), both together; where it leaves less, something moved between the visits, and they are no repeats.
     """
-    shown = _against_repeats(problem, rich, data)
-    if shown is None or shown.against > shown.high:
+    repeated = repeats(data, problem)
+    if repeated is None or repeated[1] < MIN_REPEAT_FREEDOM:
         return None
-    sigma, freedom, own = shown.sigma, shown.freedom, shown.own
+    sigma, freedom = repeated
+    own = rms_sigma(problem)
+    against = sigma**2 / (own**2 * rich.mean_square)
+    low, high = special.fdtri(freedom, rich.freedom, [rules.ALPHA_NOISE / 2, 1 - rules.ALPHA_NOISE / 2])
+    if against > high:
+        return None
     note = said("from {count:.0f} differences of repeated poses", count=float(freedom))
     if data.sigma_position is not None or option is not None:
         least, most = (
@@ -308,37 +303,12 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
             source = "option" if option is not None else "column"
             agreed = said("as claimed, and {count:.0f} differences of repeated poses agree", count=float(freedom))
             return NoiseLevel(noise, own, source, agreed)
-    if shown.against >= shown.low:
+    if against >= low:
         together = freedom + rich.freedom
         sigma = float(np.sqrt((freedom * sigma**2 + rich.freedom * own**2 * rich.mean_square) / together))
         freedom, note = together, said("{note} and what the richest model leaves, which agree", note=note)
     noise = replace(problem.noise, factor=problem.noise.factor * sigma / own, freedom=freedom)
     return NoiseLevel(noise, sigma, "repeats", note)
-
-
-class _Repeats(NamedTuple):
-    """The pure error of repeated poses, its degrees of freedom, and what the noise is taken for.
-
-    `against` is the square of the first over what a rich model leaves; white noise has it between `low` and `high`.
-    """
-
-    sigma: float
-    freedom: float
-    own: float
-    against: float
-    low: float
-    high: float
-
-
-def _against_repeats(problem: Problem, rich: RichFit, data: Dataset) -> _Repeats | None:
-    """None: too few repeats, or none."""
-    repeated = repeats(data, problem)
-    if repeated is None or repeated[1] < MIN_REPEAT_FREEDOM:
-        return None
-    sigma, freedom = repeated
-    own = rms_sigma(problem)
-    low, high = special.fdtri(freedom, rich.freedom, [rules.ALPHA_NOISE / 2, 1 - rules.ALPHA_NOISE / 2])
-    return _Repeats(sigma, freedom, own, sigma**2 / (own**2 * rich.mean_square), float(low), float(high))
 
 
 def over_claim(level: NoiseLevel, data: Dataset, option: float | None) -> float:

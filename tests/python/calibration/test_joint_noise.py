@@ -14,6 +14,7 @@ from fastcal.calibration.joint_noise import (
     hats,
     joint_repeatability,
     likeliest,
+    likeliest_noise,
 )
 from fastcal.measurements.dataset import Dataset
 
@@ -96,7 +97,7 @@ def test_what_it_makes_of_a_fit_follows_from_the_dense_matrices() -> None:
     rng = np.random.default_rng(5)
     r = np.linalg.cholesky(dense(lever, posture, 1.0)) @ rng.normal(size=len(X))
     curves = rng.normal(size=(70, 3))[posture]
-    found = joint_repeatability(X, r, lever, curves, posture, np.arange(70))
+    found = joint_repeatability(X, r, lever, curves, posture, np.arange(70), np.arange(70))
     assert found is not None
     assert not found.by_stay
     assert 0.7 < found.k < 1.3
@@ -117,8 +118,27 @@ def test_smooth_errors_of_joints_are_no_noise() -> None:
     bent = np.einsum("mn,mn->m", lever, (curves @ rng.normal(size=(5, 4)))[posture])
     r = bent + 0.01 * rng.normal(size=len(X))
     assert FREEDOM_SHARE * (len(r) - 8) > 20
-    assert joint_repeatability(X, r, lever, curves[posture], posture, np.arange(70)) is None
-    assert joint_repeatability(X, r, lever, rng.normal(size=(70, 1))[posture], posture, np.arange(70)) is not None
+    each, others = np.arange(70), rng.normal(size=(70, 1))
+    assert joint_repeatability(X, r, lever, curves[posture], posture, each, each) is None
+    assert joint_repeatability(X, r, lever, others[posture], posture, each, each) is not None
+
+
+def test_errors_that_come_again_whenever_a_posture_is_visited_are_no_noise() -> None:
+    """35 postures, each visited twice, not one after the other: joints stand off anew each time, or always alike."""
+    rng = np.random.default_rng(7)
+    row, command = np.repeat(np.arange(70), 3), np.tile(np.arange(35), 2)
+    lever = (rng.uniform(0.2, 2.0, 35)[:, None, None] * rng.normal(size=(35, 3, 4)))[command].reshape(-1, 4)
+    X, none = rng.normal(size=(210, 8)), np.arange(70)
+    anew = np.einsum("mn,mn->m", lever, rng.normal(size=(70, 4))[row])
+    alike = np.einsum("mn,mn->m", lever, rng.normal(size=(35, 4))[command[row]])
+    found = [
+        likeliest_noise(X, e + 0.1 * rng.normal(size=210), lever, row, none, command, 1.0) for e in (anew, alike)
+    ]
+    assert found[0] is not None
+    assert found[1] is None
+    shared = likeliest_noise(X, alike + 0.1 * rng.normal(size=210), lever, row, command, command, 1.0)
+    assert shared is not None
+    assert shared.by_stay
 
 
 def stopping(repeatability: float, seed: int, targets: int = 1, poses: int = 120) -> Dataset:
