@@ -27,8 +27,9 @@ from fastcal.arrays import FloatArray, IndexArray, IntArray
 from fastcal.calibration.serial_correlation import SerialCorrelation
 from fastcal.calibration.tall import gram
 
-# Standard deviations by which the numbers of far postures must err more for k to be looked for.
-DEVIATIONS = 3.0
+# Standard deviations by which the numbers of far postures must err more for k to be looked for, where no two rows are
+# of one stay in a posture: of white noise in one of forty sets.
+DEVIATIONS = 2.0
 # Twice the log of the likelihood that k must gain: white noise gains so much in one of two thousand sets.
 GAIN = 11.0
 # Share of the degrees of freedom that smooth curves take beside a fit.
@@ -107,6 +108,19 @@ def hats(Z: FloatArray, group: IndexArray) -> Hats:
     Z (m, p) is an orthonormal basis of a model's columns; `group` (m,) as of `JointNoise.of`.
     """
     return [(own, Z[own] @ Z[own].transpose(0, 2, 1)) for own in _postures(group)]
+
+
+def may_repeat_badly(lever: FloatArray, left: FloatArray, of: Hats, *, has_stays: bool) -> float:
+    """The k at which to look for one; 0 where residuals do not err more where joints move them far.
+
+    Of stays with several rows each the likelihood is asked in any case: what these share says more. Arguments as of
+    `grows_with_reach`.
+    """
+    far, near = grows_with_reach(lever, left, of)
+    if far >= DEVIATIONS:
+        return near
+    size = float(np.sqrt(np.mean(lever**2)))
+    return 1 / size if has_stays and size > 0 else 0.0
 
 
 def grows_with_reach(lever: FloatArray, left: FloatArray, of: Hats) -> tuple[float, float]:
@@ -270,8 +284,8 @@ def joint_repeatability(
     Q, R = np.linalg.qr(J)
     r = residual - Q @ (Q.T @ residual)
     freedom = len(r) - len(R)
-    far, near = grows_with_reach(lever, r, hats(Q, row))
-    if far < DEVIATIONS or freedom < 3:
+    near = may_repeat_badly(lever, r, hats(Q, row), has_stays=len(np.unique(stay[row])) < len(np.unique(row)))
+    if near == 0 or freedom < 3:
         return None
     X = np.hstack([Q, _smooth(Q, lever, curves, int(FREEDOM_SHARE * freedom))])
     found = likeliest_noise(X, residual, lever, row, stay, command, near)

@@ -3,7 +3,7 @@
 """Do the joints repeat so badly that errors grow with the arm's reach? Asked beside the rich model.
 
 There no missing effect passes for it, as far as rows show one. What rows leave has to grow with what the joints move
-them by (`grows_with_reach`), and the likelihood to prefer joints that repeat badly, anew in each row or in each stay,
+them by (`may_repeat_badly`), and the likelihood to prefer joints that repeat badly, anew in each row or in each stay,
 clearly, and to errors that come again whenever a posture is visited (`likeliest_noise`).
 """
 
@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.calibration.joint_noise import DEVIATIONS, JointNoise, grows_with_reach, likeliest_noise
+from fastcal.calibration.joint_noise import JointNoise, likeliest_noise, may_repeat_badly
 from fastcal.calibration.repeatability import pose_groups
 from fastcal.calibration.tall import taken
 from fastcal.diagnosis.problem import Noise
@@ -30,9 +30,10 @@ def with_joint_noise(beside: RichModel) -> RichModel:
     problem = beside.problem
     if problem.repeatability is not None or problem.start.robot.passive:
         return beside
-    found, lever = beside, _lever(beside)
-    far, near = grows_with_reach(lever, beside.left.left, beside.left.hats)
-    if far < DEVIATIONS:
+    found, stay = beside, problem.stays[problem.rows]
+    has_stays = len(np.unique(stay)) < len(stay)
+    near = may_repeat_badly(_lever(beside), beside.left.left, beside.left.hats, has_stays=has_stays)
+    if near == 0:
         return beside
     for _ in range(_ROUNDS):
         before = found.noise.repeatability
