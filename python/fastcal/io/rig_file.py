@@ -14,7 +14,7 @@ from fastcal.io.fields import Fields
 from fastcal.io.regular_file import is_there
 from fastcal.io.rig_schema import check_arm_rig
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.robot_spec import frame_spec
 
 Spec = dict[str, Any]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fastcal.io.fields import Fields
 from fastcal.io.hand_eye_read import read_hand_eye
 from fastcal.io.lens_file import read_lens, read_target
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.robot_spec import frame_spec
 
 Spec = dict[str, Any]
 
