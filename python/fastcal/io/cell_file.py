@@ -57,6 +57,6 @@ def _frames(value: object, where: str, path: str | os.PathLike[str]) -> dict[str
 
 def _frame(value: object, where: str, path: str | os.PathLike[str]) -> NDArray[np.float64]:
     fields = Fields(value, where, path)
-    frame = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
+    frame = fields.frame()
     fields.done()
     return pose(frame)

@@ -225,10 +225,8 @@ def _members(top: Fields, key: str) -> list[tuple[str, Fields]]:
 def _place(fields: Fields) -> tuple[str, Spec, Known]:
     """What a member stands on, where, and how surely that is known."""
     on = fields.text("on", "world")
-    place = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
-    fixed = fields.take("fixed", False)
-    if not isinstance(fixed, bool):
-        fields.fail("fixed", "true or false", fixed)
+    place = fields.frame()
+    fixed = fields.truth("fixed", False)
     sigma = {}
     for unit in ("mm", "deg"):
         if fields.has(f"sigma_{unit}"):
