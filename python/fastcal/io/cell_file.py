@@ -22,8 +22,6 @@ from fastcal.programs import Cell
 from fastcal.robot.core_model import pose
 from fastcal.units import to_si
 
-_ZERO = [0.0, 0.0, 0.0]
-
 
 def load_cell(path: str | os.PathLike[str]) -> Cell:
     """Reads a cell file.

@@ -23,7 +23,6 @@ from fastcal.units import to_si
 
 Spec = dict[str, Any]
 ENDINGS = (".sdf", ".mjcf", ".xml")
-_ZERO = [0.0, 0.0, 0.0]
 
 
 def read_mechanism(path: Path, base_link: str = "", tip_link: str = "") -> Spec:

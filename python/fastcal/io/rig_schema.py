@@ -24,7 +24,6 @@ ARM = "arm"  # the only arm of a robot file
 BOARDS = ("checkerboard", "charuco", "april_grid", "circles", "points")
 LENSES = {"pinhole": 8, "fisheye": 4}  # most coefficients
 _COEFFICIENTS = {"pinhole": 5, "fisheye": 4}  # of a lens that is to be found
-_ZERO = [0.0, 0.0, 0.0]
 _LEAST_SIZE = 16  # pixels a side, of a picture that is one
 _MOST_ROWS = 10**9
 _LATEST = 10.0  # [s] that a picture is later than its joints

@@ -30,7 +30,6 @@ from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
-_ZERO = [0.0, 0.0, 0.0]
 
 
 def is_cell(source: str | os.PathLike[str]) -> bool:
