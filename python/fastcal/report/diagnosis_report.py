@@ -49,6 +49,7 @@ from fastcal.report.diagnosis_words import (
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent
+from fastcal.report.gap import waterfall
 from fastcal.report.kind_words import kind_title, noise_text, noise_title
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import who_measured
@@ -311,7 +312,7 @@ def gap_figure(found: Diagnosis) -> Figure:
     """The error of the geometry alone, what each effect takes of it, what remains, and the noise."""
     gap = found.judged_gap
     steps = list(zip([step_name(step.added) for step in found.gap], gap.sizes, strict=True))
-    return diagnosis_figures.waterfall(steps, gap.floor, _(_JUDGED[gap.on][1]), gap.unit)
+    return waterfall(steps, gap.floor, _(_JUDGED[gap.on][1]), gap.unit)
 
 
 def confusion_figure(found: Diagnosis) -> Figure | None:

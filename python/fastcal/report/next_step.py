@@ -12,7 +12,7 @@ import numpy as np
 
 from fastcal.measurements.kinds import KindMisfit
 from fastcal.measurements.observations import sigma_field
-from fastcal.report.formatting import significant
+from fastcal.report.formatting import percent, significant
 from fastcal.report.language import _, decimal_sign
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, rows_of
@@ -80,7 +80,7 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
     titles = {variable.name: variable.title for variable in rows.variables}
     flagged = sorted((n for n, t in trends.items() if t.is_flagged(len(trends))), key=lambda n: -trends[n].share)
     if flagged:
-        named = listed([f"{titles[name]} ({100 * trends[name].share:.0f} %)" for name in flagged[:_MOST]])
+        named = listed([f"{titles[name]} ({percent(trends[name].share, ' ')})" for name in flagged[:_MOST]])
         return _("the remaining error is not all noise: it depends on {named}", named=named)
     if result.caveats:
         return _("the residuals depend on the posture: an effect is missing from the model")
