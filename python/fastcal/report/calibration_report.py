@@ -15,8 +15,7 @@ from fastcal.calibration.acceptance_limit import SHARE
 from fastcal.measurements.kinds import POINTS
 from fastcal.measurements.observations import plurals
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
-from fastcal.report.arm import arm_of
-from fastcal.report.cell_scene import pictures_scene
+from fastcal.report.cell_scene import arm_and_rig, pictures_scene
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, count, percent, plural, significant
@@ -78,7 +77,7 @@ def _page(
     base = np.asarray(result.model.description.base.xyz_mm, float)
     arrows = residual_figures.arrows(sets)
     outliers = result.train.places(result.outliers)
-    arm = arm_of(result.model, result.nominal, [(train, result.train), (test, result.test)])
+    arm = arm_and_rig(result.model, result.nominal, [(train, result.train), (test, result.test)])
     return page.render(
         "calibration.html",
         title=_("Calibration of {robot}", robot=result.model.name),

@@ -13,6 +13,7 @@ from fastcal.monitoring.result import FEWEST_DEGREES, CheckResult
 from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page, workspace
 from fastcal.report.arm import checked_arm
+from fastcal.report.cell_scene import with_own_rig
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
@@ -97,6 +98,7 @@ def errors_in_space(found: CheckResult) -> Figure | None:
     if seen is None:
         return None
     positions, errors, arm = seen
+    arm = with_own_rig(arm, found.model, found.data.q[[row for _set, row in arm.rows]])
     base = np.asarray(found.model.description.base.xyz_mm, float)
     return workspace.scene(positions, errors, None, base, _("the measuring frame"), arm)
 

@@ -33,8 +33,7 @@ from fastcal.report import (
     shop,
     workspace,
 )
-from fastcal.report.arm import arm_of
-from fastcal.report.cell_scene import pictures_scene
+from fastcal.report.cell_scene import arm_and_rig, pictures_scene
 from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
@@ -138,7 +137,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
     sets = [rows for rows in (train, test) if rows is not None]
     arrows = residual_figures.arrows(sets)
     base = np.asarray(found.model.description.base.xyz_mm, float)
-    arm = arm_of(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
+    arm = arm_and_rig(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
     verdict, tone = VERDICTS[found.verdict]
     word = _(verdict)
     if found.misfits:

@@ -44,8 +44,8 @@ from fastcal.report import (
     residual_figures,
     workspace,
 )
-from fastcal.report.arm import Arm, arm_of
-from fastcal.report.cell_scene import cell_scene
+from fastcal.report.arm import Arm
+from fastcal.report.cell_scene import arm_and_rig, cell_scene
 from fastcal.report.figures import Figure
 from fastcal.report.frames import frame
 from fastcal.report.parameter_sizes import differences_at_tool, moved_at_tool, sizes_figure
@@ -236,7 +236,7 @@ def _arm(shown: Any) -> list[Figure]:
     kinds = shown.model.joint_types
     before = shown.nominal if isinstance(shown, CalibrationResult) else shown.steps[0].model
     sets = [(rows_of(name, getattr(shown, part), kinds), getattr(shown, part)) for name, part in _PARTS]
-    return _workspace(shown, arm_of(shown.model, before, sets))
+    return _workspace(shown, arm_and_rig(shown.model, before, sets))
 
 
 @_arm.register
