@@ -86,7 +86,7 @@ def _page(
         sources=_sources(result),
         who=who_measured(result.model.made_by),
         verdict=verdict(result, train, test, trends),
-        steps=[capitalised(step(result))],
+        steps=[capitalised(step(result, is_why_told=True))],
         gap=gap_figures(result),
         tiles=_tiles(result, sets),
         accuracy_table=calibration_tables.accuracy_table(sets, len(outliers)) if sets else None,
