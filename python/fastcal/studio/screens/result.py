@@ -157,7 +157,10 @@ def _switches(studio: Studio, out: str, source: Any) -> None:
 
 def _switched(entry: Spec) -> str:
     """An effect in words, with what tells it from another of its kind and place."""
-    options = ", ".join(f"{key} {value:.6g}" for key, value in identity_options(entry).items())
+    options = ", ".join(
+        f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in identity_options(entry).items()
+    )
     return capitalised(short_name(entry["effect"], entry["owner"], options))
 
 
