@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.inspection import ACCEPT
+from fastcal.calibration.lens_or_size import other_sizes
 from fastcal.calibration.picture_arm import arm_of
 from fastcal.calibration.picture_knocks import knock_note
 from fastcal.calibration.picture_outliers import rows_in_words
@@ -115,7 +116,12 @@ def judged_pictures(
     found = judged(robot.description, data.observed, ways, mend=mend, arm=arm)
     if found.notes:
         data = replace(data, observed={**data.observed, CORNERS: found.uv})
-    return Pictures(data, found.notes, found.meant)
+    other = None if arm is None else other_sizes(robot, data, threads)
+    if other is None or (found.meant and not other.several):
+        return Pictures(data, found.notes, found.meant)
+    if other.mistaken:
+        return Pictures(data, found.notes, (other.text,))
+    return Pictures(data, (*found.notes, other.text), found.meant)
 
 
 @dataclass(frozen=True, eq=False)
