@@ -17,6 +17,7 @@ from fastcal.acceptance.visits import Campaign, campaign, cycle_of
 from fastcal.acceptance.volume import Predicted, predicted_uncertainty
 from fastcal.budget import Budget
 from fastcal.calibration.repeatability import ISO_POSES, ISO_VISITS
+from fastcal.display.shown import PlottedArm
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
@@ -28,7 +29,7 @@ DRAWS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
-class Acceptance:
+class Acceptance(PlottedArm):
     """What a test has shown.
 
     Attributes:
