@@ -60,9 +60,8 @@ def _tiles(found: Compliance) -> list[tuple[str, str, str]]:
         entries = {entry.name: entry for entry in found.pairs.parameters if entry.owner == own.owner}
         name, unit = ("critical_nm", "N m") if own.bent else ("compliance_rad_nm", "nrad/(N m)")
         factor = 1.0 if own.bent else _NANO
-        std, value = with_uncertainty(
-            None if entries[name].std is None else factor * entries[name].std, factor * entries[name].value
-        )
+        entry = entries[name]
+        std, value = with_uncertainty(*(None if size is None else factor * size for size in (entry.std, entry.value)))
         note = _("where it bends") if own.bent else _("compliance")
         tiles.append(
             (capitalised(in_words(own.owner)), f"{value} {unit}", note if std == MISSING else f"± {std}, {note}")
