@@ -61,9 +61,9 @@ def bend_caveat(size: float, *, follows: bool) -> str:
         else said("the stated deviations and intervals are too narrow")
     )
     return said(
-        "the rows hardly show some combinations of parameters, and within their intervals the closed loops are no "
-        "longer straight (others follow by {share:.0%} of theirs): {what}; hold what a caliper knows better, or "
-        "measure the orientation too",
+        "the rows hardly show some combinations of parameters, and over their intervals the fit is not straight (other "
+        "parameters follow by {share:.0%} of theirs): {what}; hold what a caliper knows better, or measure the "
+        "orientation too",
         share=size,
         what=what,
     )
