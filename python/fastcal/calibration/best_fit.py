@@ -122,16 +122,18 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
     near = near_fit(part, found) if way.checks and found.status == "converged" else None
     serial, more, caveats = (None, [], []) if near is None else noise_and_posture(near, part, found)
     is_free = not limits and held is None and serial is None
-    follows, bent = (None, "") if near is None else _bent(near, part, is_free=is_free)
+    follows, bent = (None, "") if near is None else _bent(near, part, limits, is_free=is_free)
     also = [bent] if bent else []
     aside = [*fit.moved, *([] if chosen.why else fit.set_aside)]
     checks = Checks(serial, [*notes, *more, *also], aside, [*caveats, *also], bent, notes)
     return BestFit(problem, found, checks, held, limits, status, message, follows)
 
 
-def _bent(near: Residuals, problem: CalibrationProblem, *, is_free: bool) -> tuple[FloatArray | None, str]:
+def _bent(
+    near: Residuals, problem: CalibrationProblem, limits: dict[str, FloatArray], *, is_free: bool
+) -> tuple[FloatArray | None, str]:
     """Of a fit that bends within its intervals, how far these reach if nothing but the rows holds it; and the caveat."""
-    size = bend(near, problem)
+    size = bend(near, problem, limits)
     if not is_bent(size):
         return None, ""
     from fastcal.calibration.bent_intervals import reaches  # SciPy takes longer to import than a fit

@@ -36,3 +36,13 @@ def test_intervals_that_hold_are_not_doubted(name: str) -> None:
 
 def test_of_a_serial_arm_nothing_is_asked() -> None:
     assert not are_too_narrow(calibrated("ur5", 903))
+
+
+@pytest.mark.parametrize("name", ["palletizer", "delta"])
+def test_of_what_priors_hold_nothing_reaches_far(name: str) -> None:
+    nominal = load_robot(name)
+    real = perturbed(nominal, seed=902)
+    data = simulate(real, random_poses(real, 60, seed=1002), noise=5e-5, seed=1102)
+    found = calibrate(nominal, data, priors=True)
+    assert found.status == "converged"
+    assert not found.bent
