@@ -132,7 +132,7 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
 def _bent(
     near: Residuals, problem: CalibrationProblem, limits: dict[str, FloatArray], *, is_free: bool
 ) -> tuple[FloatArray | None, str]:
-    """Of a fit that bends within its intervals, how far these reach if nothing but the rows holds it; and the caveat."""
+    """How far the intervals of a fit that bends in them reach, if nothing but the rows holds it, and the caveat."""
     size = bend(near, problem, limits)
     if not is_bent(size):
         return None, ""
