@@ -255,6 +255,7 @@ def calibrate(
         test=tested,
         misfits=misfits,
         caveats=seen.caveats,
+        bent=seen.bent,
         doubts=doubts,
         shape=shape,
         notes=[

@@ -50,6 +50,7 @@ class Checks:
         notes: Sentences for a reader.
         set_aside: Rows of a part that moved, and gross rows beside those that the fit found.
         caveats: Those of the notes by which the stated deviations do not hold.
+        bent: That of the caveats which is about a fit that is not straight (`curvature`); empty where there is none.
         choices: Those of the notes that say which rows are used and which fit stands.
     """
 
@@ -57,6 +58,7 @@ class Checks:
     notes: list[str] = field(default_factory=list)
     set_aside: list[int] = field(default_factory=list)
     caveats: list[str] = field(default_factory=list)
+    bent: str = ""
     choices: list[str] = field(default_factory=list)
 
 

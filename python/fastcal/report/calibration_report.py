@@ -107,7 +107,7 @@ def _page(
         trend_note=residual_figures.drawn_note(train.row_count, result.train.row_count) if train else "",
         parameter_table=calibration_tables.parameter_table(result.parameters, holds=not result.caveats),
         parameter_sizes=sizes_figure(moved_at_tool(result)),
-        caveat=caveat_text() if result.caveats else "",
+        caveat=caveat_text(result) if result.caveats else "",
         unidentifiable=[
             (capitalised(in_words(item.direction)), in_words(item.parameters[0]) if item.parameters else "")
             for item in result.unidentifiable

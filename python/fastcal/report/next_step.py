@@ -83,7 +83,7 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
     if flagged:
         named = listed([f"{titles[name]} ({percent(trends[name].share, ' ')})" for name in flagged[:_MOST]])
         return _("the remaining error is not all noise: it depends on {named}", named=named)
-    if result.caveats:
+    if result.lacks_effect:
         return _("the residuals depend on the posture: an effect is missing from the model")
     floor, unit = known_floor(result), rows.unit
     rms = float(np.sqrt(np.nanmean(np.delete(rows.error_after, result.train.places(result.outliers)) ** 2)))

@@ -12,7 +12,7 @@ import numpy as np
 
 from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.language import _, retold
-from fastcal.report.tables import unit_text
+from fastcal.report.tables import capitalised, unit_text
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, Statistics
 from fastcal.units import from_si
@@ -173,7 +173,7 @@ def ending(message: str) -> str:
 
 
 def _caveats(result: CalibrationResult) -> list[Remark]:
-    return [Remark(caveat_text(), True, "parameters")] if result.caveats else []
+    return [Remark(caveat_text(result), True, "parameters")] if result.caveats else []
 
 
 def _shape(result: CalibrationResult) -> list[Remark]:
@@ -225,8 +225,10 @@ def camera_remarks(cameras: Sequence[CameraPlace]) -> list[Remark]:
     return out
 
 
-def caveat_text() -> str:
-    """Why no stated deviation holds."""
+def caveat_text(result: CalibrationResult) -> str:
+    """Why no stated deviation holds, of a result with caveats: an effect is missing, else the fit is not straight."""
+    if not result.lacks_effect:
+        return capitalised(retold(result.bent)) + "."
     return _(
         "The stated standard deviations and intervals do not hold: the residuals depend on the posture, so an effect "
         "is missing from the model; fastcal diagnose looks for it."
