@@ -56,14 +56,16 @@ def is_bent(size: float) -> bool:
 def bend_caveat(size: float, *, follows: bool) -> str:
     """That deviations are those of a straight fit; and intervals, unless these follow the curve."""
     what = (
-        said("intervals follow the curve, but the stated deviations are those of its tangent")
+        said(
+            "the intervals account for the curvature, but the stated standard deviations are those of the linearization"
+        )
         if follows
         else said("the stated deviations and intervals are too narrow")
     )
     return said(
-        "the rows hardly show some combinations of parameters, and within their intervals the closed loops are no "
-        "longer straight (others follow by {share:.0%} of theirs): {what}; hold what a caliper knows better, or "
-        "measure the orientation too",
+        "the data hardly determine some combinations of parameters, and within their intervals the closed loops are "
+        "no longer linear (other parameters follow by {share:.0%} of their intervals): {what}; fix what a caliper "
+        "measures better, or measure the orientation too",
         share=size,
         what=what,
     )

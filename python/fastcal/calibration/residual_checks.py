@@ -297,7 +297,7 @@ def _shared(
         return None, "", None
     note = (
         f"errors of rows that were measured in one posture, one after the other, are alike ({shared.rho:.2f}): "
-        f"what the arm misses there counts once, and the stated deviations allow for it"
+        f"the arm's error there counts once, and the stated deviations allow for it"
     )
     return shared, note, lambda values: whitened(values, row, stay, shared.rho)
 

@@ -86,7 +86,7 @@ class Gap:
     Attributes:
         on: "test", "held out", or "fitted" where neither is known: the poses that it is of.
         sizes: RMS errors of the steps.
-        floor: What noise alone makes.
+        floor: What noise alone accounts for.
         unit: Of both.
     """
 

@@ -35,7 +35,10 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
         moved = differences_at_tool(found)
         sized = sizes_figure(moved, compared=True)
         positions, apart, arm = compared_arm(found, moved)
-        told = _("Each arrow goes from the point of A towards that of B, in the base, enlarged as the heading says.")
+        told = _(
+            "Each arrow points from the point of A towards that of B, in the base frame, magnified as stated in the "
+            "heading."
+        )
         drawn = workspace.scene(
             positions, apart, None, np.zeros(3), _("the base"), arm, told=told, title=_("Differences in the workspace")
         )
@@ -68,8 +71,8 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                     "parameters",
                     _("Parameters"),
                     _(
-                        "B is written in A's gauge: what no measurement shows is no difference. Base and tool are "
-                        "left out."
+                        "B is expressed in A's gauge, so that directions which no measurement determines do not "
+                        "count as differences. Base and tool are left out."
                     ),
                     drawings=present(sized),
                 ),
@@ -143,7 +146,7 @@ def _share(shares: list[tuple[str, np.ndarray, str, str]]) -> Figure:
 
 def difference_table(parameters: Sequence[Difference]) -> Table:
     """The numbers of both models, and by how much they differ."""
-    columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B less A")), Column("±")]
+    columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B minus A")), Column("±")]
     columns += [Column(_("Unit"), numeric=False), Column(_("p-value")), Column(_("Significant"), numeric=False)]
     return Table(_("Parameters"), columns, [Group([_difference(d) for d in parameters])], True)
 

@@ -172,7 +172,7 @@ def test_a_kind_that_fits_is_never_named(kinds: tuple[str, ...]) -> None:
     ("kinds", "seed"), [(("orientation", "length"), 107), (("length", "tilt"), 105), (("plane", "tilt"), 107)]
 )
 def test_a_claim_that_explains_all_stands_beside_a_kind_without_one(kinds: tuple[str, ...], seed: int) -> None:
-    """A noise of 0 beside the claim ended as "the measurements fix none of the 51 parameters asked for"."""
+    """A noise of 0 beside the claim ended as "the measurements determine none of the 51 requested parameters"."""
     found = calibrate(robot(), read(kinds, 80, seed, claimed=True))
     assert (found.status, found.misfits) == ("converged", [])
     for kind in kinds:

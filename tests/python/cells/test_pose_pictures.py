@@ -129,7 +129,7 @@ def test_a_board_that_was_knocked_is_told_by_the_size_of_a_corner(
     ("command", "more", "said"),
     [
         ("diagnose", [], "known by the poses of its flange alone"),
-        ("calibrate", ["--effects", "joint_compliance"], "nothing of its own to identify"),
+        ("calibrate", ["--effects", "joint_compliance"], "no parameters to identify"),
     ],
 )
 def test_what_needs_joints_is_refused(

@@ -23,8 +23,8 @@ from fastcal.units import from_si
 _COLOURS = {"good": "text-positive", "doubtful": "text-warning", "bad": "text-negative", "": ""}
 _UNITS = (("q", said("Joints in"), ("deg", "rad")), ("x", said("Points in"), ("mm", "m", "in")))
 _WORDS = {
-    "good": said("as a nominal arm fits: the list is read right"),
-    "doubtful": said("more than most arms are off: look at the rows that miss most"),
+    "good": said("as good as a nominal arm fits: the list is read correctly"),
+    "doubtful": said("more than most arms are off: check the rows with the largest errors"),
     "bad": said("no arm is built that badly: a unit, a sign, a joint or the join is wrong"),
     "": "",
 }
