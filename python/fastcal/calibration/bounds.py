@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Parameters that ended on a bound of what they can be: where the data alone would have them, and what may be claimed.
+"""Parameters that ended at a bound: their unconstrained estimate, and the interval that may be stated.
 
 A compliance cannot be negative. Where noise pulls its estimate below 0 it stays on 0, and a symmetric interval around 0
 describes no estimate at all. Stated instead is the estimate without the bound, to first order x - (J^T W J)^-1 J^T W r,

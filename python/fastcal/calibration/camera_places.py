@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How surely each camera's place on its arm, or in the room, is known; and what the motions left open.
+"""Uncertainty of each camera's pose on its arm or in the room, and the directions that the motions do not determine.
 
 With C the covariance of the camera's shift d and turn w in its own axes, |d| is below a bound with 95 % probability:
 
     |d|^2 ~ g h F(h, freedom),   h = (tr C)^2 / tr C^2,   g = tr C / h          (F. E. Satterthwaite, 1946)
 
-and so for |w|, and for a point p before the camera, which moves by d + w x p. What no motion shows is looked for with
-the arm as it was found: camera, board and lens alone. Motions without turns leave the camera's place open, turns about
-one axis its place along that axis.
+and so for |w|, and for a point p before the camera, which moves by d + w x p. Undetermined directions are found with
+the identified arm held fixed: camera, board and lens only. Motions without rotation leave the camera's pose
+undetermined, rotations about one axis its position along that axis.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Is a fit straight as far as its intervals reach? Else other parameters follow along a curve, and hide in it.
+"""Is the fit linear within its confidence intervals? If not, other parameters follow the curvature.
 
 From theta along the directions v of the free parameters that rows show least, to the ends of their 95 % intervals,
 d = +-1.96 s v with |J v| = 1, the whitened residuals r leave their straight line by

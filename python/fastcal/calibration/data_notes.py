@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What measured rows cover and what they leave open: ranges, directions that were held, data that are thin."""
+"""Notes on the coverage of the data: ranges, directions held at nominal, too little data."""
 
 from __future__ import annotations
 

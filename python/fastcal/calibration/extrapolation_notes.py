@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a model goes beyond what it was fitted on, in words: profiles and drifts outside theirs, joints never moved."""
+"""Warnings about extrapolation: joint profiles and drifts outside their range, joints that never moved."""
 
 from __future__ import annotations
 

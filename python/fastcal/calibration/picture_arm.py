@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What carries cameras and boards, and how else the rows of its postures may have been meant."""
+"""The arm that carries cameras and boards, and alternative interpretations of its rows."""
 
 from __future__ import annotations
 

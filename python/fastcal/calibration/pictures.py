@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Pictures that cannot be what the table says: of another row's posture, or of a board read from another corner.
+"""Pictures assigned to the wrong row, and boards read from the wrong corner.
 
 Each picture is held against every row's posture, in all orders of its corners, with cameras and boards where a start
 that does not mind such pictures puts them. One that fits another way JUDGED times better, and about as well as pictures

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Signs in the residuals that the fit is wrong: noise with memory, a part that moved, a missing effect."""
+"""Checks of the residuals: correlated noise, a move between rows, a missing effect."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How surely a model knows the shape that the tool's points make, beside where they are.
+"""Uncertainty of the shape formed by the tool's points, independent of its position.
 
-Lengths, touches, tilts and turns leave open where the arm stands as a whole: the deviation of a point holds that, the
-one of a distance between two of them does not. With p_i the points, S_i (3, k) their independent shifts and u_ij the
-direction from one to the other, the distance has the variance |u_ij^T (S_i - S_j)|^2. Planes, tilts and turns leave a
-common scale of all lengths open too: it is what of each shift is in proportion to the distances.
+Lengths, touches, tilts and rotations do not determine where the arm stands: the standard deviation of a point includes
+this, that of a distance between two points does not. With p_i the points, S_i (3, k) their independent shifts and u_ij
+the direction from one to the other, the distance has the variance |u_ij^T (S_i - S_j)|^2. Planes, tilts and turns leave
+a common scale of all lengths open too: it is what of each shift is in proportion to the distances.
 """
 
 from __future__ import annotations

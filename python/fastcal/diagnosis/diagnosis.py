@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where model and measurement disagree, which effect is missing, and what adding it mends: docs/diagnosis.md."""
+"""Where model and measurements disagree, which effect is missing, and what adding it gains: docs/diagnosis.md."""
 
 from __future__ import annotations
 

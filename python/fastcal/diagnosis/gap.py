@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The gap between measured and predicted readings, and what each effect that joins the model takes of it."""
+"""The gap between measured and predicted readings, and how much each added effect closes of it."""
 
 from __future__ import annotations
 

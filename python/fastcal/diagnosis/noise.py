@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How large the noise is and which rows are wrong, against a rich model: no missing effect passes for either."""
+"""Noise level and outliers relative to a rich model, so that no missing effect is mistaken for either."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What was found beside what anyone would try by hand: the model that predicts rows held out of it best is written.
+"""Comparison with plain models that anyone would try: the model that predicts held-out rows best is written.
 
 Plain models are base and tool alone, the geometry, and the geometry with the compliance, the sag, or a curve of every
 joint, or with compliance and curves; by themselves and beside the names, where rows are few with the geometry held near

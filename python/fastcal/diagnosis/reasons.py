@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Why something is not given, or not surer, as data: `words.reason_text` makes the sentences."""
+"""Why a cause is not reported or has no better grade, as data: `words.reason_text` makes the sentences."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The verdict in a sentence or two that a person who knows robots can act on."""
+"""The verdict in one or two sentences on which a robot engineer can act."""
 
 from __future__ import annotations
 
