@@ -154,7 +154,7 @@ def test_a_worthless_kind_beside_good_points_is_named(kind: str, way: Spoil) -> 
         found = calibrate(robot(), data, as_read=bool(refused))
         assert [misfit.kind.name for misfit in found.misfits] == [kind]
         assert found.notes[0] == found.misfits[0].text
-        assert next_step(found).startswith(f"next: look at the {found.misfits[0].kind.plural}: ")
+        assert next_step(found).startswith(f"next: check the {found.misfits[0].kind.plural}: ")
         assert "do not fit the positions" in found.notes[0]
         points = found.train.after
         assert points is not None
@@ -210,7 +210,7 @@ def test_the_diagnosis_leaves_a_worthless_kind_out_and_says_so() -> None:
     assert found.to_json_dict()["misfits"][0]["kind"] == "orientation"
     lines = summary(found)
     assert lines[0] == "bench: none; orientations do not fit"
-    assert lines[-1].startswith("next: Look at the orientations: the unit and the frame of their columns")
+    assert lines[-1].startswith("next: Check the orientations: the unit and the frame of their columns")
     text = diagnosis_page(found)
     card = text[text.index('id="misfits"') :]
     assert "<h3>Orientations</h3>" in card[: card.index("</section>")]
