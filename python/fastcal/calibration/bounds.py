@@ -44,13 +44,14 @@ class Bound:
         out = value - self.unbounded if self.side == "lower" else self.unbounded - value
         beyond = out / self.std if self.std > 0 else np.inf
         text = (
-            f"{name} is held at its {self.side} bound {value:.4g} {unit}; without it the data give {self.unbounded:.3g}"
+            f"{name} is held at its {self.side} bound {value:.4g} {unit}; "
+            f"unconstrained, the data give {self.unbounded:.3g}"
         )
         if out <= 0:  # to first order, and the fit is not linear
-            return f"{text}, which it allows: noise decides, and its interval is one-sided"
+            return f"{text}, within its bound: the sign is decided by noise, and the interval is one-sided"
         if beyond <= NOISE_EXPLAINS:
             return f"{text}, {beyond:.1f} standard deviations beyond it, so its interval is one-sided"
-        return f"{text}, which noise does not explain: another effect may be missing, and no interval is stated for it"
+        return f"{text}, which noise cannot explain: another effect may be missing, and no interval is stated for it"
 
 
 def bounds_reached(

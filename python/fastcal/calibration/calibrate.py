@@ -304,5 +304,5 @@ def _notes(model: Robot, data: Dataset) -> list[str]:
     out = [note for note in data.notes if not any(note.startswith(f"column '{name}' is not known") for name in used)]
     sided = [column for effect in model.effects for column in effect.data_columns if column.startswith("approach")]
     if sided and data.approach is None:
-        out.append("there is no approach column: the direction of each joint is that from the row before")
+        out.append("there is no approach column: the direction of approach of each joint is taken from the row before")
     return out

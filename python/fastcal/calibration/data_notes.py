@@ -72,7 +72,7 @@ def shared_row_notes(parts: Iterable[Dataset], test: Dataset) -> list[str]:
         return []
     which = "all its rows are" if count == len(test) else f"{count} of its {len(test)} rows are"
     return [
-        f"{test.source}: {which} among the rows of the fit; its error says little about poses that the fit has not seen"
+        f"{test.source}: {which} among the rows of the fit; its error says little about unseen poses"
     ]
 
 

@@ -56,7 +56,7 @@ def _beyond_its_times(entry: Spec, data: Dataset) -> list[str]:
         return []
     return [
         f"the time is outside the {options['first']:.6g} to {options['last']:.6g} s that {label(entry)} was fitted on "
-        f"in {int(outside.sum())} rows; there it stands still"
+        f"in {int(outside.sum())} rows; there it is held constant"
     ]
 
 

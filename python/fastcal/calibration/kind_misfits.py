@@ -96,7 +96,7 @@ def _misfit(
             frame = f", turned by {kind.text(turn, 3)}" if turn > 0 else ""
             return (
                 f"{what} {kind.text(after, 3)} and by {kind.text(alone)} by themselves: they are in "
-                f"another frame{frame}, or were read another way"
+                f"another frame{frame}, or follow another convention"
             )
     if unrelated > _MOVES and after > UNRELATED * unrelated:
         return f"{what} {kind.text(after, 3)}{was}, as readings of other poses would"

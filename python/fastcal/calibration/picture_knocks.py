@@ -48,7 +48,7 @@ def knock_note(view: View, arm: Arm) -> str | None:
     first = " and ".join(str(row) for row in shift.firsts)
     return (
         f"from row {first} on camera {view.names[0]} or board {view.names[1]} stands elsewhere, by about "
-        f"{from_si(shift.size, 'mm'):.2g} mm: it was knocked; `fastcal diagnose` tells which, and mends it"
+        f"{from_si(shift.size, 'mm'):.2g} mm: it was knocked; `fastcal diagnose` tells which and corrects it"
     )
 
 

@@ -66,10 +66,10 @@ def shape_of(model: Robot, data: Dataset) -> Shape | None:
     distance = _rms(along)
     scaled = _rms(along - np.outer(apart[told], apart[told] @ along) / max(float(apart @ apart), 1e-300))
     is_open = scaled < _SCALE_IS_OPEN * distance
-    but = ", but for a common scale of all lengths, which they leave open too," if is_open else ""
+    but = ", but for a common scale of all lengths, which they do not determine either," if is_open else ""
     names = " and ".join(kind.plural for kind in kinds)
     note = (
-        f"{names} do not show where the arm stands as a whole: a coordinate of a point is known to "
+        f"{names} do not determine where the arm stands as a whole: a coordinate of a point is known to "
         f"{from_si(point, 'mm'):.2g} mm, and distances between points of the tool, the shape{but or ','} to "
         f"{from_si(scaled if is_open else distance, 'mm'):.2g} mm"
     )
