@@ -18,14 +18,14 @@ def calibrated(name: str, seed: int, noise: float = 5e-5) -> CalibrationResult:
 
 
 def are_too_narrow(found: CalibrationResult) -> bool:
-    return any("closed loops are no longer straight" in caveat for caveat in found.caveats)
+    return any("closed loops are no longer linear" in caveat for caveat in found.caveats)
 
 
 @pytest.mark.parametrize("seed", [900, 902])
 def test_a_printer_whose_tool_is_known_to_millimetres_is_no_straight_fit(seed: int) -> None:
     found = calibrated("delta_printer", seed)
     assert are_too_narrow(found)
-    assert any("closed loops are no longer straight" in note for note in found.notes)
+    assert any("closed loops are no longer linear" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("name", ["delta", "hexapod", "five_bar", "palletizer"])

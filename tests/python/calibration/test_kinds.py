@@ -217,7 +217,7 @@ def test_the_diagnosis_leaves_a_worthless_kind_out_and_says_so() -> None:
     assert "Nothing missing; orientations do not fit" in text
     assert 'class="verdict caution"' in text
     clean = fastcal.diagnose(robot(), read(("position", "orientation"), 80, 2))
-    assert "Nothing is missing" in clean.sentence
+    assert "No missing effect is detectable" in clean.sentence
     assert 'id="misfits"' not in diagnosis_page(clean)
     content = clean.to_json_dict()
     assert set(content["kinds"]) == set(content["noise"]) == {"position", "orientation"}

@@ -288,7 +288,7 @@ def test_names_are_spoken() -> None:
     left = BlockLabel("joint4", ("q4", "q6"))
     assert diagnosis_words.reason_sentence(Because(Reason.LEAVES_MORE, 1e-5, subjects=(left,))) == (
         "With it in the model, something at joint 4 that depends on the positions of joint 4 and joint 6 is still "
-        "there; noise would look so in less than 1 of 100\N{NARROW NO-BREAK SPACE}000 data sets."
+        "significant; noise alone would look like this in less than 1 of 100\N{NARROW NO-BREAK SPACE}000 data sets."
     )
     assert owners_text(["joint1", "joint2", "joint3", "link2"]) == "joints 1 to 3, link 2"
 
