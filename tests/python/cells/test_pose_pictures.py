@@ -128,7 +128,7 @@ def test_a_board_that_was_knocked_is_told_by_the_size_of_a_corner(
 @pytest.mark.parametrize(
     ("command", "more", "said"),
     [
-        ("diagnose", [], "known by the poses of its flange alone"),
+        ("diagnose", [], "known only by the poses of its flange"),
         ("calibrate", ["--effects", "joint_compliance"], "no parameters to identify"),
     ],
 )
