@@ -39,7 +39,7 @@ from fastcal import _core
 from fastcal.calibration.processes import workers
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.blocks import columns_at
-from fastcal.diagnosis.memory import without_memory
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.io.atomic import write_text
 
 SNR = (3.0, 60.0)
@@ -147,7 +147,7 @@ def _right_names(at: Setting, said: Diagnosis, truth: Truth) -> set[tuple[str, s
     d = np.zeros(len(row))
     d[row >= 0] = truth.shift[start.fit.problem.rows[row[row >= 0][::3]]].ravel()
     problem = start.fit.problem
-    d[row >= 0] = without_memory(problem, d[row >= 0] / problem.noise.factor, row[row >= 0])
+    d[row >= 0] = decorrelated(problem, d[row >= 0] / problem.noise.factor, row[row >= 0])
     tests = _core.ScoreTests(A, columns_at(start.fit).values, d, blocks.sizes)
     share = np.asarray(tests.scores.statistic) / tests.remaining
     rank = np.asarray(tests.scores.rank)

@@ -22,11 +22,11 @@ from fastcal.calibration.simulation import perturbed
 from fastcal.networks.device import one_thread
 from fastcal.networks.fitting import loss
 from fastcal.networks.options import Options
-from fastcal.networks.plain import Coordinates
 from fastcal.networks.population import Population
 from fastcal.networks.problem import Problem, problem_of
 from fastcal_studies.networks import ga_dnn
 from fastcal_studies.networks.bso_mlp import ARCHITECTURE
+from fastcal_studies.networks.plain import Coordinates
 from fastcal_studies.networks.search import Candidate, losses_of
 
 Clock = Callable[[], float]

@@ -5,14 +5,14 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import Robot, load_robot, perturbed, random_poses
+from fastcal import Robot, _core, load_robot, perturbed, random_poses
 from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
@@ -37,6 +37,8 @@ HELD_OUT = 1000  # rows behind those that are diagnosed: by 60 a model seems 2 %
 BEHIND = 60  # poses whose time they take, one after the other: as much of the conditions is new as in a usual test
 START_C = 20.0
 NOISES = {"white": 0.6, "heavy-tailed": 0.2, "serial": 0.2}
+# How well each joint repeats [rad; of slides m], beside all other noise, in shares of the sets.
+JOINTS = {0.0: 0.7, 3e-5: 0.1, 1e-4: 0.15, 3e-4: 0.05}
 FREEDOM = 4  # of Student's t: a number of four standard deviations in 100
 RHO = (0.3, 0.8)  # of noise with a memory
 REPEATABILITY, TRANSVERSE, PER_RANGE, RADIAL = 30e-6, 15e-6, 6e-6, 5e-6  # [m], [m], [m/m], [m]
@@ -53,6 +55,7 @@ class Setting:
         sigma: Of a coordinate [m], RMS over the rows.
         leaves: (3 n, k) orthonormal over the n rows that are diagnosed: what geometry, base and tool take up.
         noise: A key of NOISES.
+        joints: How well each joint repeats, a key of JOINTS.
     """
 
     nominal: Robot
@@ -63,6 +66,7 @@ class Setting:
     sigma: float
     leaves: FloatArray
     noise: str
+    joints: float = 0.0
 
     @property
     def count(self) -> int:
@@ -125,9 +129,29 @@ def setting(random: Random, name: str | None = None, count: int | None = None) -
     still = true.poses(poses)[:, :3, 3]
     J = true.parameter_jacobian(q[:count]).reshape(3 * count, -1)
     U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
-    spread = np.sqrt(np.mean(spread_of(still) ** 2))
+    joints = 0.0 if given else drawn_joints(random)
+    spread = np.sqrt(np.mean(spread_of(still) ** 2) + spread_by_joints(true, poses, joints) ** 2)
     leaves = U[:, s > 1e-9 * s[0]]
-    return Setting(bare_arm(name) if bare else complete, complete, true, poses, still, float(spread), leaves, noise)
+    nominal = bare_arm(name) if bare else complete
+    return Setting(nominal, complete, true, poses, still, float(spread), leaves, noise, joints)
+
+
+def drawn_joints(random: Random) -> float:
+    """How well joints repeat; what is drawn after it is as if nothing had been."""
+    return float(random.spawn(1)[0].choice(list(JOINTS), p=list(JOINTS.values())))
+
+
+def stopped(poses: Dataset, joints: float, random: Random) -> Dataset:
+    """The rows where the joints came to a halt; what is drawn after it is as if nothing had been."""
+    if joints == 0:
+        return poses
+    return replace(poses, q=poses.q + joints * random.spawn(1)[0].standard_normal(poses.q.shape))
+
+
+def spread_by_joints(true: Robot, poses: Dataset, joints: float) -> float:
+    """RMS of a coordinate [m] that joints which repeat so add."""
+    J = np.asarray(_core.joint_jacobian(true.error_model, true.samples(poses), 1))[:, :3]
+    return joints * float(np.sqrt(np.sum(J**2) / (3 * len(J))))
 
 
 def built(nominal: Robot, random: Random, mass: float = MASS_ERROR, com_mm: float = COM_ERROR_MM) -> Robot:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from diagnosis_arms import Setting, noise_of
+from diagnosis_arms import Setting, noise_of, stopped
 from numpy.typing import NDArray
 
 from fastcal import Robot
@@ -55,7 +55,8 @@ def points_of(at: Setting, truths: Sequence[Truth]) -> FloatArray:
 
 def measured(at: Setting, truths: Sequence[Truth], random: Random) -> Dataset:
     """The rows that are diagnosed, with what the tracker says."""
-    points = points_of(at, truths)
+    halted = stopped(at.poses, at.joints, random)
+    points = points_of(at, truths) + at.true.poses(halted)[:, :3, 3] - at.still
     seen = replace(at.poses, position=points + noise_of(at.noise, points, random))
     return seen.select(np.arange(at.count))
 

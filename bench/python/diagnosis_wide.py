@@ -25,6 +25,7 @@ from fastcal import _core, calibrate
 from fastcal.calibration.evaluation import evaluate
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.blocks import columns_at
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.library import build_library
 from fastcal.errors import FastcalError
 from fastcal.measurements.dataset import Dataset
@@ -268,7 +269,8 @@ def _right_names(at: World, said: Diagnosis, truth: Truth) -> set[tuple[str, str
         return out
     A, _r, row = start.fit.whitened
     d = np.zeros(len(row))
-    d[row >= 0] = truth.shift[problem.rows[row[row >= 0][::3]]].ravel() / problem.noise.factor
+    shift = truth.shift[problem.rows[row[row >= 0][::3]]].ravel() / problem.noise.factor
+    d[row >= 0] = decorrelated(problem, shift, row[row >= 0])
     blocks = start.blocks
     tests = _core.ScoreTests(A, columns_at(start.fit).values, d, blocks.sizes)
     share = np.asarray(tests.scores.statistic) / max(tests.remaining, 1e-300)

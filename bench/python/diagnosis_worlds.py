@@ -10,6 +10,7 @@ Each factor is drawn by itself, so that any two meet:
     columns     time, temperature and approach, or not; names, an order, a sensor that has nothing to do with it
     set-ups     one, two or three stations, mounts or files, between which the instrument or the target moved
     noise       white, heavy-tailed, serial, unequal, with gross rows, joints rounded; sigma: none, true, 0.4, 2.5 times
+    joints      repeat well, or to 0.03, 0.1 or 0.3 mrad
     measured    points, full poses, lengths to four anchors
     missing     nothing; one, two or three causes; all joints yield; one outside the library; one outside and one in
                 it; one that follows a column of the user's; one beside a column that is wrong (`diagnosis_slips`)
@@ -24,7 +25,19 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from diagnosis_arms import ARMS, HELD_OUT, Setting, built, complete_arm, noise_of, spread_of, without_links
+from diagnosis_arms import (
+    ARMS,
+    HELD_OUT,
+    Setting,
+    built,
+    complete_arm,
+    drawn_joints,
+    noise_of,
+    spread_by_joints,
+    spread_of,
+    stopped,
+    without_links,
+)
 from diagnosis_made_arms import MADE, MADE_ARMS
 from diagnosis_sets import Truth, points_of
 from numpy.typing import NDArray
@@ -89,11 +102,13 @@ class World:
     moves: FloatArray  # (stations, 4, 4) of the measuring frame
     anchors: FloatArray  # (4, 3) of lengths
 
-    def seen(self, truths: Sequence[Truth]) -> FloatArray:
-        """(N, 3) where the points are, on their mount and from their station [m]."""
+    def seen(self, truths: Sequence[Truth], stops: FloatArray | None = None) -> FloatArray:
+        """(N, 3) where the points are, on their mount and from their station [m]; `stops` (N, 4, 4): the flange is."""
         poses, out = self.at.poses, points_of(self.at, truths)
+        T = self.at.true.poses(poses) if stops is None else stops
+        out = out if stops is None else out + T[:, :3, 3] - self.at.still
         if poses.mount is not None:
-            R = self.at.true.poses(poses)[:, :3, :3]
+            R = T[:, :3, :3]
             out = out + np.einsum("nij,nj->ni", R, self.shifts[poses.mount])
         if poses.station is not None:
             T = self.moves[poses.station]
@@ -103,12 +118,13 @@ class World:
     def data(self, truths: Sequence[Truth], random: Random) -> Dataset:
         """The rows that are diagnosed as their file has them."""
         at, drawn = self.at, self.factors
-        points = self.seen(truths)
+        stops = at.true.poses(stopped(at.poses, at.joints, random))
+        points = self.seen(truths, stops)
         error = _noise(drawn["noise"], at, points, random)
         seen = replace(at.poses, position=points + error)
         if drawn["measured"] == "poses":
             turn = WEAR_ANGLE * random.standard_normal((len(points), 3))
-            seen = replace(seen, rotation=_quaternions(at.true.poses(at.poses)[:, :3, :3], turn))
+            seen = replace(seen, rotation=_quaternions(stops[:, :3, :3], turn))
         elif drawn["measured"] == "lengths":
             anchor = random.integers(len(self.anchors), size=len(points))
             length = np.linalg.norm(seen.position - self.anchors[anchor], axis=1)
@@ -165,8 +181,10 @@ def world(random: Random) -> World:
     mounts, stations = (1 if c is None else int(c.max()) + 1 for c in (poses.mount, poses.station))
     shifts = 1e-3 * random.standard_normal((mounts, 3)) * (np.arange(mounts) > 0)[:, np.newaxis]
     nominal = without_links(complete) if drawn["masses"] == "none" else complete
-    sigma = float(np.sqrt(np.mean(spread_of(still) ** 2)))
-    at = Setting(nominal, complete, true, poses, still, sigma, _leaves(true, poses, count), "white")
+    joints = drawn_joints(random)
+    drawn["joints"] = f"{1e3 * joints:g} mrad"
+    sigma = float(np.sqrt(np.mean(spread_of(still) ** 2) + spread_by_joints(true, poses, joints) ** 2))
+    at = Setting(nominal, complete, true, poses, still, sigma, _leaves(true, poses, count), "white", joints)
     anchors = still.mean(axis=0) + random.uniform(1.5, 3.0, (4, 3)) * random.choice([-1, 1], (4, 3))
     return World(at, drawn, most, shifts, _moves(stations, random), anchors)
 

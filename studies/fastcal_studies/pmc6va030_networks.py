@@ -17,12 +17,12 @@ from fastcal.networks.fitting import Schedule
 from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
-from fastcal.networks.plain import fit_plain, train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem, problem_of
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.networks.ca_somm import fit_ca_somm, found_split
+from fastcal_studies.networks.plain import fit_plain, train_plain
 from fastcal_studies.networks.somm import BATCH, fit_somm
 from fastcal_studies.networks.somm import PAPER as PAPER_SIZES
 from fastcal_studies.simulated import FloatArray, left

@@ -15,12 +15,12 @@ from fastcal.networks.device import one_thread
 from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
-from fastcal.networks.plain import fit_plain
 from fastcal.networks.problem import Problem, lengths_mm, problem_of
 from fastcal.robot.robot import Robot
 from fastcal_studies.networks.bso_mlp import ARCHITECTURE, SCHEDULE, fit_bso_mlp
 from fastcal_studies.networks.ca_somm import fit_ca_somm
 from fastcal_studies.networks.ga_dnn import fit_ga_dnn
+from fastcal_studies.networks.plain import fit_plain
 from fastcal_studies.networks.somm import fit_somm
 from fastcal_studies.simulated import left
 

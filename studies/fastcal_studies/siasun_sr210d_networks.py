@@ -15,13 +15,13 @@ from fastcal.networks.device import one_thread
 from fastcal.networks.gaussian_process import fit_gaussian_process
 from fastcal.networks.mlp import fit_mlp
 from fastcal.networks.options import Options
-from fastcal.networks.plain import fit_plain
 from fastcal.networks.problem import Problem, problem_of
 from fastcal.networks.training import train
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import MM, lengths_mm
 from fastcal_studies.networks.beetles import Swarm, antennae_search, michalewicz, swarm_search
 from fastcal_studies.networks.bso_mlp import ARCHITECTURE, BEETLES, SCHEDULE, fit_from_search
+from fastcal_studies.networks.plain import fit_plain
 from fastcal_studies.searches import Counted, Objective, bee_colony, genetic, particle_swarm
 from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.study import Run

@@ -17,12 +17,12 @@ from fastcal.correction.experts import AxisNetworks
 from fastcal.measurements.dataset import Dataset
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.options import Options
-from fastcal.networks.plain import train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem
 from fastcal.robot.robot import Robot
 from fastcal_studies.exhibits import lengths_mm
 from fastcal_studies.networks.ga_dnn import BATCH, EPOCHS, Network, split_rows
+from fastcal_studies.networks.plain import train_plain
 from fastcal_studies.simulated import FloatArray, left
 from fastcal_studies.staubli_rx160l_tables import RATES
 

@@ -17,17 +17,19 @@ from fastcal.acceptance.visits import Campaign, campaign, cycle_of
 from fastcal.acceptance.volume import Predicted, predicted_uncertainty
 from fastcal.budget import Budget
 from fastcal.calibration.repeatability import ISO_POSES, ISO_VISITS
+from fastcal.display.shown import PlottedArm
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
-from fastcal.robot.se3 import inverse, rotation_to_rpy
+from fastcal.robot.robot_spec import frame_spec
+from fastcal.robot.se3 import inverse
 from fastcal.units import from_si
 
 DRAWS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
-class Acceptance:
+class Acceptance(PlottedArm):
     """What a test has shown.
 
     Attributes:
@@ -75,11 +77,7 @@ class Acceptance:
             "sure": CONFIDENCE,
             "robot": self.model.name,
             "iso_9283": self.is_iso_9283,
-            "aligned": {
-                "fitted": self.campaign.fitted,
-                "xyz_mm": [from_si(float(v), "mm") for v in T[:3, 3]],
-                "rpy_deg": [from_si(float(v), "deg") for v in rotation_to_rpy(T[:3, :3])],
-            },
+            "aligned": {"fitted": self.campaign.fitted, **frame_spec(T)},
             "poses": [
                 {
                     "pose": s.pose,

@@ -17,8 +17,8 @@ import numpy as np
 
 from fastcal.acceptance.path_figures import MOVE, PathRun, arc_length, path_figures
 from fastcal.arrays import FloatArray
-from fastcal.calibration.evaluation import best_motion
 from fastcal.errors import InvalidInput
+from fastcal.measurements.rotations import best_motion, nearest_rotation
 from fastcal.units import from_si
 
 _STANDS = 8  # times the usual number of points a step, and ...
@@ -101,8 +101,7 @@ def aligned(runs: Sequence[PathRun], corners: FloatArray, rotation: FloatArray |
     turned = [run.rotations for run in moved if run.rotations is not None]
     if rotation is None or len(turned) < len(moved):
         return moved
-    U, _, Vt = np.linalg.svd(rotation.T @ np.concatenate(turned).mean(axis=0))
-    mounted = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    mounted = nearest_rotation(rotation.T @ np.concatenate(turned).mean(axis=0))
     return [PathRun(run.points, own @ mounted.T) for run, own in zip(moved, turned, strict=True)]
 
 

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.arrays import FloatArray
-from fastcal.calibration.prediction import rotations
 from fastcal.calibration.repeatability import pose_groups, turns_between, visit_groups
 from fastcal.errors import InvalidInput
 from fastcal.measurements.conditions import condition_columns
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import best_motion, nearest_rotation, rotations
 from fastcal.robot import se3
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si
@@ -205,7 +205,7 @@ def _visits_of(data: Dataset, plan: Dataset) -> RowArray:
 
 
 def _fitted(data: Dataset, stations: list[Station]) -> FloatArray:
-    """T_base_world (4, 4) that best brings the mean attained points to the commanded ones (W. Kabsch 1976)."""
+    """T_base_world (4, 4) that best brings the mean attained points to the commanded ones ."""
     chosen = cycle_of(stations)
     p = np.array([stations[k].commanded[:3, 3] for k in chosen])
     x = np.array([data.points[stations[k].rows].mean(axis=0) for k in chosen])
@@ -214,9 +214,7 @@ def _fitted(data: Dataset, stations: list[Station]) -> FloatArray:
             f"{data.source}: the alignment needs at least three poses that are not on one line, got {len(p)}; "
             "--align model takes the base of MODEL"
         )
-    U, _, Vt = np.linalg.svd((p - p.mean(axis=0)).T @ (x - x.mean(axis=0)))
-    R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
-    return se3.pose(R, p.mean(axis=0) - R @ x.mean(axis=0))
+    return best_motion(x, p)
 
 
 def cycle_of(stations: Sequence[Station]) -> list[int]:
@@ -239,9 +237,7 @@ def _turns(found: Campaign) -> FloatArray | None:
     commanded = np.concatenate([[station.commanded[:3, :3]] * len(station.rows) for station in found.stations])
     if found.fitted:
         means = [np.swapaxes(commanded[at], 1, 2) @ R[at] for at in _parts(found)]
-        U, _, Vt = np.linalg.svd(np.mean([part.mean(axis=0) for part in means], axis=0))
-        mount = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
-        R = R @ mount.T
+        R = R @ nearest_rotation(np.mean([part.mean(axis=0) for part in means], axis=0)).T
     out = np.full((len(wxyz), 3), np.nan)
     out[rows] = turns_between(commanded, R)
     return out

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.errors import InvalidInput
+from fastcal.measurements.rotations import nearest_rotation
 from fastcal.robot.rig import board_corners, lens_numbers
+from fastcal.robot.se3 import pose
 
 FloatArray = NDArray[np.float64]
 
@@ -145,8 +147,5 @@ def _of_homography(points: FloatArray, xy: FloatArray) -> FloatArray:
     H = H / np.sqrt(np.linalg.norm(H[:, 0]) * np.linalg.norm(H[:, 1]))
     H = H if H[2, 2] > 0 else -H  # before the camera
     frame = np.column_stack([H[:, 0], H[:, 1], np.cross(H[:, 0], H[:, 1])])
-    u, _, vt = np.linalg.svd(frame)
-    T = np.eye(4)
-    T[:3, :3] = u @ np.diag([1.0, 1.0, float(np.sign(np.linalg.det(u @ vt)))]) @ vt
-    T[:3, 3] = size * H[:, 2] - T[:3, :2] @ middle
-    return T
+    R = nearest_rotation(frame)
+    return pose(R, size * H[:, 2] - R[:, :2] @ middle)

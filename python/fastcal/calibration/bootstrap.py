@@ -22,11 +22,12 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.levers import levers
-from fastcal.calibration.prediction import quaternions
+from fastcal.calibration.other_readings import changed
 from fastcal.calibration.processes import workers
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kind_of
+from fastcal.measurements.rotations import quaternions
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 
@@ -147,22 +148,16 @@ class _Errors:
             T, core = self.model.poses(there), self.model.error_model
             r = np.asarray(_core.residuals(core, self.model.samples(there), self.measured, self.theta))
         p, moved = T[:, :3, 3], T[:, :3, 3] - self.T[:, :3, 3]
-        observed, distance = dict(data.observed), data.distance
+        r = r.copy()
         for of in self.measured.observations:
             own = slice(of.first_number, of.first_number + len(of.components))
-            part = r[:, own] - along[kind_of(of)] * self.r[:, own]
-            if of.field in observed:
-                observed[of.field] = observed[of.field] + part
-            elif of.field == "distance" and distance is not None:
-                distance = distance + part[:, 0]
+            r[:, own] -= along[kind_of(of)] * self.r[:, own]
         return replace(
-            data,
+            changed(data, self.measured, r),
             q=q,
             position=None if data.position is None else p + along["position"] * (data.position + moved - p),
             rotation=None if data.rotation is None else self._turned(data.rotation, along["orientation"][:, 0]),
             rotation_angles=None,
-            distance=distance,
-            observed=observed,
         )
 
     def _turned(self, rotation: FloatArray, along: FloatArray) -> FloatArray:

@@ -26,9 +26,10 @@ from fastcal.calibration.unknowns import fitted_unknowns
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, Kind, kind_named, of_observation
+from fastcal.measurements.rotations import best_motion
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
-from fastcal.robot.se3 import rotation_to_rpy
+from fastcal.robot.robot_spec import frame_spec
 from fastcal.units import from_si
 
 ALIGNED_BETTER = 5.0
@@ -49,11 +50,7 @@ class Realigned:
 
     def to_json_dict(self) -> dict[str, Any]:
         """The block `aligned`."""
-        return {
-            "xyz_mm": [from_si(float(v), "mm") for v in self.motion[:3, 3]],
-            "rpy_deg": [from_si(float(v), "deg") for v in rotation_to_rpy(self.motion[:3, :3])],
-            "after_mm": self.after.to_mm(),
-        }
+        return {**frame_spec(self.motion), "after_mm": self.after.to_mm()}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -279,16 +276,6 @@ def _is_hopeless(p: FloatArray, x: FloatArray, e: FloatArray) -> bool:
     """
     apart = np.linalg.norm(x[1::2] - x[:-1:2], axis=1) - np.linalg.norm(p[1::2] - p[:-1:2], axis=1)
     return float(np.vdot(e, e)) < ALIGNED_BETTER**2 * float(apart @ apart) / 2
-
-
-def best_motion(p: FloatArray, x: FloatArray) -> FloatArray:
-    """The rigid motion (4, 4) of points p (N, 3) that leaves the least of |M p - x|^2, by W. Kabsch (1976)."""
-    middle_p, middle_x = p.mean(axis=0), x.mean(axis=0)
-    U, _, Vt = np.linalg.svd((x - middle_x).T @ (p - middle_p))
-    motion = np.eye(4)
-    motion[:3, :3] = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
-    motion[:3, 3] = middle_x - motion[:3, :3] @ middle_p
-    return motion
 
 
 def realigned(predicted: FloatArray, error: FloatArray) -> Realigned | None:

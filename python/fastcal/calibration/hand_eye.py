@@ -16,6 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.measurements.rotations import nearest_rotation
+
 FloatArray = NDArray[np.float64]
 
 FEWEST = 3  # poses
@@ -126,7 +128,7 @@ def _solved(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
     RX = _turn(right[:, 0].reshape(-1, 3, 3).transpose(0, 2, 1))[:, np.newaxis]
     RY = _turn(left[:, :, 0].reshape(-1, 3, 3).transpose(0, 2, 1))
     turned = RA @ RX @ RS
-    mean = _nearest(np.mean(turned, axis=1))
+    mean = nearest_rotation(np.mean(turned, axis=1))
     off, off_mean = (np.sum((turned - R[:, np.newaxis]) ** 2, axis=(1, 2, 3)) for R in (RY, mean))
     RY = np.where((off > off_mean)[:, np.newaxis, np.newaxis], mean, RY)
     columns = np.concatenate([RA, np.broadcast_to(-np.eye(3), RA.shape)], axis=3).reshape(len(A), -1, 6)
@@ -139,11 +141,4 @@ def _solved(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _turn(M: FloatArray) -> FloatArray:
     """The rotations (B, 3, 3) of matrices that are such but for their size and sign."""
-    return _nearest(M * np.sign(np.linalg.det(M))[:, np.newaxis, np.newaxis])
-
-
-def _nearest(M: FloatArray) -> FloatArray:
-    """The rotations nearest to matrices (B, 3, 3)."""
-    u, _, vt = np.linalg.svd(M)
-    u[..., -1] *= np.sign(np.linalg.det(u @ vt))[:, np.newaxis]
-    return np.asarray(u @ vt)
+    return nearest_rotation(M * np.sign(np.linalg.det(M))[:, np.newaxis, np.newaxis])

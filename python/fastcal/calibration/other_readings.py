@@ -40,15 +40,15 @@ def other_readings(
     values = _values(measured, unknowns)
     for _ in range(_ROUNDS):  # a residual is the change of its number to first order
         r = np.nan_to_num(_residuals(robot, bare, measured, values, threads))
-        bare = _changed(bare, measured, r)
+        bare = changed(bare, measured, r)
         measured = measurements(bare, robot)
         if np.abs(r).max() < _ON:
             break
     sigma = np.array([[measured.sigma(i, c) for c in range(r.shape[1])] for i in range(len(bare))])
-    return _changed(bare, measured, sigma * random.standard_normal(r.shape))
+    return changed(bare, measured, sigma * random.standard_normal(r.shape))
 
 
-def _changed(data: Dataset, measured: _core.Measurements, change: FloatArray) -> Dataset:
+def changed(data: Dataset, measured: _core.Measurements, change: FloatArray) -> Dataset:
     """The data with `change` (N, numbers) added to what was read; what is not read, such as a touch, stays."""
     observed, distance = dict(data.observed), data.distance
     for of in measured.observations:

@@ -11,11 +11,12 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
-from fastcal.calibration.evaluation import Evaluation, best_motion, evaluate
+from fastcal.calibration.evaluation import Evaluation, evaluate
 from fastcal.calibration.unknowns import fitted_unknowns
 from fastcal.effects.entries import Spec, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import best_motion
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si

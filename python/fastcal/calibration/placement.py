@@ -18,6 +18,7 @@ from fastcal.calibration.alignment import measurements
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, POSE
 from fastcal.measurements.observations import without_kinds
+from fastcal.measurements.rotations import nearest_rotation, rotations
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
 
@@ -81,6 +82,4 @@ def by_points(robot: Robot, data: Dataset, of_all: Placement, threads: int = 1) 
 def _mean_turn(predicted: FloatArray, measured: FloatArray) -> FloatArray:
     """(3, 3) the turn about the tool's axes that brings predicted rotations (N, 3, 3) nearest to quaternions (N, 4)."""
     known = ~np.isnan(measured).any(axis=1)
-    R = np.array([_core.quaternion_to_rotation(wxyz) for wxyz in measured[known]])
-    U, _, Vt = np.linalg.svd(np.einsum("nji,njk->ik", predicted[known], R))
-    return np.asarray(U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt)
+    return nearest_rotation(np.einsum("nji,njk->ik", predicted[known], rotations(measured[known])))

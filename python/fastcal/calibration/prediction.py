@@ -12,9 +12,11 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.display.shown import Shown
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import quaternions, rotations
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotations_by
+from fastcal.units import from_si
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,6 +42,18 @@ class Prediction(Shown):
     correction_weight: FloatArray | None = None
     sigma_rotation: FloatArray | None = None
     notes: tuple[str, ...] = ()
+
+    def columns(self) -> dict[str, FloatArray]:
+        """Of a table of all poses: x_mm, qw ..., and as far as they are known the deviations and the weight."""
+        out = dict(zip(("x_mm", "y_mm", "z_mm"), from_si(self.position, "mm").T, strict=True))
+        out |= zip(("qw", "qx", "qy", "qz"), self.rotation.T, strict=True)
+        out |= zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), from_si(self.sigma_position, "mm").T, strict=True)
+        if self.sigma_rotation is not None:
+            turning = from_si(self.sigma_rotation, "deg").T
+            out |= zip(("sigma_rx_deg", "sigma_ry_deg", "sigma_rz_deg"), turning, strict=True)
+        if self.correction_weight is not None:
+            out["correction_weight"] = self.correction_weight
+        return out
 
 
 def predict(robot: RobotLike, data: DataLike, *, threads: int = 1) -> Prediction:
@@ -83,38 +97,3 @@ def without_correction(robot: Robot, data: Dataset) -> Dataset:
         seen = np.isfinite(rotation).all(axis=1)
         rotation[seen] = quaternions(rotations_by(-said.turn[seen]) @ rotations(rotation[seen]))
     return replace(data, position=position, rotation=rotation)
-
-
-def quaternions(R: FloatArray) -> FloatArray:
-    """Unit quaternions w, x, y, z (N, 4), w at least 0, of rotations (N, 3, 3).
-
-    From the largest of the four squares 4 w^2 = 1 + trace ..., so that nothing small is divided by (S. Shepperd,
-    "Quaternion from rotation matrix", 1978).
-    """
-    xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
-    squares = np.column_stack([1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz])
-    products = np.empty((len(R), 4, 4))  # 4 times the outer product of the quaternion with itself
-    for i in range(4):
-        products[:, i, i] = squares[:, i]
-    for i, j, value in (
-        (0, 1, R[:, 2, 1] - R[:, 1, 2]),
-        (0, 2, R[:, 0, 2] - R[:, 2, 0]),
-        (0, 3, R[:, 1, 0] - R[:, 0, 1]),
-        (1, 2, R[:, 0, 1] + R[:, 1, 0]),
-        (1, 3, R[:, 0, 2] + R[:, 2, 0]),
-        (2, 3, R[:, 1, 2] + R[:, 2, 1]),
-    ):
-        products[:, i, j] = products[:, j, i] = value
-    row = products[np.arange(len(R)), np.argmax(squares, axis=1)]
-    q = row / np.linalg.norm(row, axis=1, keepdims=True)
-    return np.asarray(np.where(q[:, :1] < 0, -q, q))
-
-
-def rotations(wxyz: FloatArray) -> FloatArray:
-    """(N, 3, 3) of unit quaternions w, x, y, z (N, 4)."""
-    w, x, y, z = wxyz.T
-    R = np.empty((len(wxyz), 3, 3))
-    R[:, 0] = np.column_stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)])
-    R[:, 1] = np.column_stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)])
-    R[:, 2] = np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
-    return R

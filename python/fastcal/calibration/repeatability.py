@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
-from fastcal.calibration.prediction import rotations
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import rotations
 from fastcal.units import from_si
 
 GroupArray = NDArray[np.intp]

@@ -14,10 +14,13 @@ from fastcal.arrays import IndexArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.asked_conditions import Explained, Word, condition_that_explains, reading
 from fastcal.calibration.gross_rows import Refit, majority
-from fastcal.calibration.lack_of_fit import Whitening, points_depend, readings_depend
+from fastcal.calibration.joint_noise import joint_repeatability
+from fastcal.calibration.lack_of_fit import Whitening, points_depend, posture_features, readings_depend
 from fastcal.calibration.lens_columns import lens_columns, lens_note
+from fastcal.calibration.levers import whitened_levers
 from fastcal.calibration.postures import stays
 from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.repeatability import pose_groups
 from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.calibration.serial_correlation import SerialCorrelation, neighbour_correlation, serial_correlation
 from fastcal.calibration.shifted_rows import Shift, find_shift
@@ -27,6 +30,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, Kind, in_order
 from fastcal.measurements.observations import without_measured
 from fastcal.said import said
+from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
 
@@ -230,7 +234,7 @@ def condition_note(shift: Shift, kind: Kind, word: Word, effect: Explained) -> s
 def noise_and_posture(
     near: Residuals, problem: CalibrationProblem, found: _core.Identification
 ) -> tuple[SerialCorrelation | None, list[str], list[str]]:
-    """Does the noise have a memory, do the residuals depend on the posture; in sentences too, and the caveats."""
+    """What numbers share beyond white noise, do they depend on the posture; in sentences too, and the caveats."""
     J, residual, row = near.J[near.kept][:, near.free], near.residual[near.kept], near.row[near.kept]
     scale = np.linalg.norm(J, axis=0)
     if len(residual) <= J.shape[1] or not scale.all() or np.linalg.matrix_rank(J / scale) < J.shape[1]:
@@ -240,6 +244,8 @@ def noise_and_posture(
     data = problem.data
     alike, white = _alike(row, len(data)), None
     serial, note = _memory(J / scale, residual, row, data) if alike else (None, "")
+    if serial is None:
+        serial, note, white = _joints(J / scale, residual, row, near.number[near.kept], problem, found)
     if alike and serial is None:
         serial, note, white = _shared(J / scale, residual, row, data)
     if serial is not None:
@@ -285,6 +291,31 @@ def _memory(
         f"errors of successive rows are correlated ({serial.rho:.2f}): the noise drifts, and the stated deviations "
         f"allow for it"
     )
+
+
+def _joints(
+    J: FloatArray,
+    residual: FloatArray,
+    row: NDArray[np.int64],
+    number: NDArray[np.int64],
+    problem: CalibrationProblem,
+    found: _core.Identification,
+) -> tuple[SerialCorrelation | None, str, Whitening | None]:
+    """What joints that repeat badly make of the fit, the sentence about it, and what whitens numbers for them."""
+    data = problem.data
+    if CORNERS in data.kinds or problem.robot.passive:
+        return None, "", None
+    lever = whitened_levers(problem, found, row, number)
+    curves = posture_features(data, problem.robot.joint_types)[row]
+    repeats = joint_repeatability(J, residual, lever, curves, row, stays(data), pose_groups(data))
+    if repeats is None:
+        return None, "", None
+    also = ", rows measured in one posture share them" if repeats.by_stay else ""
+    note = (
+        f"the joints repeat to about {from_si(repeats.k, 'mrad'):.2g} mrad: errors grow with reach{also}, and the "
+        f"stated deviations allow for it"
+    )
+    return repeats.fit, note, repeats.whitened
 
 
 def _shared(

@@ -152,6 +152,10 @@ class CalibrationResult(Plotted):
                 out[k] = p.value - half * reaches[k, 0], p.value + half * reaches[k, 1]
         return out
 
+    def plot_gap(self) -> Figure:
+        """RMS error with base and tool alone, what was identified takes of it, and what noise alone would make."""
+        return late.call("chart", self, "gap")
+
     def plot_parameters(self) -> Figure:
         """Every parameter's change and its 95 % interval, in mm at the tool."""
         return late.call("chart", self, "parameters")

@@ -20,6 +20,8 @@ from fastcal import _core
 from fastcal.arrays import FloatArray, IntArray
 from fastcal.effects.entries import parse_effects
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import best_motion
+from fastcal.robot import se3
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import with_frames
 from fastcal.robot.plain_copy import plain_copy
@@ -65,8 +67,7 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
     # Either may do where stations and mounts changed together: then both are added.
     needed = set() if are_one(open_) else {name for name in open_ if not are_one({name})} or open_
     out = plain_copy(spec)
-    start = np.eye(4)
-    start[:3, :3], start[:3, 3] = tool[:3, :3], tools[0]
+    start = se3.pose(tool[:3, :3], tools[0])
     out = with_frames(out, bases[0], start) if needed or set(given) & set(code) else out
     for effect, labels, values in (
         ("station_offset", stations, _offsets(bases)),
@@ -160,7 +161,7 @@ def _fit(
 def _agreeing_pose(a: FloatArray, b: FloatArray) -> FloatArray:
     """The pose (4, 4) that takes points a (N, 3) to b, but for points that are far off the others' (trimmed Kabsch)."""
     used = np.ones(len(a), dtype=bool)
-    T = _kabsch(a, b)
+    T = best_motion(a, b)
     for _ in range(_ROUNDS):
         length = np.linalg.norm(b - a @ T[:3, :3].T - T[:3, 3], axis=1)
         limit = max(_GROSS * float(np.median(length)), float(np.sort(length)[min(_FEWEST, len(length)) - 1]), _PATIENCE)
@@ -168,17 +169,7 @@ def _agreeing_pose(a: FloatArray, b: FloatArray) -> FloatArray:
         if (again == used).all():
             break
         used = again
-        T = _kabsch(a[used], b[used])
-    return T
-
-
-def _kabsch(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The pose (4, 4) that takes points a (N, 3) to b."""
-    U, _, Vt = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
-    D = np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))])
-    T = np.eye(4)
-    T[:3, :3] = U @ D @ Vt
-    T[:3, 3] = b.mean(axis=0) - T[:3, :3] @ a.mean(axis=0)
+        T = best_motion(a[used], b[used])
     return T
 
 

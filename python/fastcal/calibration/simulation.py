@@ -14,14 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 from fastcal import _core
 from fastcal.calibration.motor_currents import motor_currents
 from fastcal.calibration.other_readings import other_readings, touching
-from fastcal.calibration.prediction import quaternions
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of
+from fastcal.measurements.rotations import quaternions
 from fastcal.robot.core_model import pose
 from fastcal.robot.loops import closed_within
 from fastcal.robot.robot import Robot, Spec
-from fastcal.robot.robot_spec import content
+from fastcal.robot.robot_spec import content, frame_spec
+from fastcal.robot.se3 import pose_of_six
 from fastcal.units import from_si
 
 FloatArray = NDArray[np.float64]
@@ -194,11 +195,7 @@ def _moved_loop(loop: Spec, length: float, angle: float, random: np.random.Gener
 
 def _moved(T: FloatArray, shift: FloatArray, turn: FloatArray) -> Spec:
     """{xyz_mm, rpy_deg} of T moved by a shift [m] and a turn [rad] along and about its own axes."""
-    position, rotation = T[:3, 3] + T[:3, :3] @ shift, T[:3, :3] @ np.asarray(_core.exp_so3(turn))
-    return {
-        "xyz_mm": [from_si(float(x), "mm") for x in position],
-        "rpy_deg": [from_si(float(x), "deg") for x in _core.rotation_to_rpy(rotation)],
-    }
+    return frame_spec(T @ pose_of_six(np.concatenate([shift, turn])))
 
 
 def _move_screw(joint: Spec, shift: FloatArray, turn: FloatArray) -> None:

@@ -22,8 +22,9 @@ from fastcal import _core
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import in_order, of_observation
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.measurements.rotations import best_motion
 from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import frame_spec
 from fastcal.robot.se3 import inverse, pose
 
 FloatArray = NDArray[np.float64]
@@ -106,16 +107,12 @@ def _labelled(data: Dataset, label: str) -> list[NDArray[np.intp]]:
 def _rigid(p: FloatArray, data: Dataset) -> FloatArray:
     """(4, 4) T with x_i = T p_i of points (N, 3) and the measured ones, of which NaN coordinates are not known.
 
-    Three whole points by the singular vectors of their moments (Arun, Huang and Blostein, 1987); else the origin's
-    point, one on the x axis and one in the plane of x and y.
+    Of three whole points the best; else by the origin's point, one on the x axis and one in the plane of x and y.
     """
     x, source = data.points, data.source
     whole = ~np.isnan(x).any(axis=1)
     if whole.sum() >= 3:
-        a, b = p[whole], x[whole]
-        u, _, vt = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
-        R = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-        return pose(R, b.mean(axis=0) - R @ a.mean(axis=0))
+        return best_motion(p[whole], x[whole])
     on_axis = np.isnan(x[:, 0]) & ~np.isnan(x[:, 1:]).any(axis=1)
     in_plane = np.isnan(x[:, :2]).all(axis=1) & ~np.isnan(x[:, 2])
     if not (whole.any() and on_axis.any() and in_plane.any()):

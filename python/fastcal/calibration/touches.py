@@ -24,8 +24,8 @@ from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindNoise
 from fastcal.robot.calibration_record import lower_root
-from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.robot import Robot
+from fastcal.robot.robot_spec import frame_spec
 from fastcal.robot.se3 import inverse
 from fastcal.units import from_si, to_si
 

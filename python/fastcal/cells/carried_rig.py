@@ -13,8 +13,7 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import frame_spec
-from fastcal.robot.robot_spec import Spec
+from fastcal.robot.robot_spec import Spec, frame_spec
 from fastcal.robot.se3 import skew
 from fastcal.units import from_si, to_si
 

@@ -19,10 +19,10 @@ from fastcal.effects.values import parameter_values
 from fastcal.errors import InvalidInput
 from fastcal.place import joint_position
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import Values, frame_spec, identified_spec
+from fastcal.robot.identified_spec import Values, identified_spec
 from fastcal.robot.rig import core_rig, with_found
 from fastcal.robot.robot import Robot
-from fastcal.robot.robot_spec import Spec
+from fastcal.robot.robot_spec import Spec, frame_spec
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]

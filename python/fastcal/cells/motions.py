@@ -16,9 +16,9 @@ from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import view_poses
 from fastcal.monitoring.setups import rigid
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.rig import PLACEMENT
-from fastcal.robot.robot_spec import Spec
+from fastcal.robot.robot_spec import Spec, frame_spec
+from fastcal.robot.se3 import pose_of_six
 
 FloatArray = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def turned(cell: Cell, X: FloatArray, columns: FloatArray) -> FloatArray:
     With what stands on the world moved by the twist t = B dtheta, X t X^-1 = B' dtheta'.
     """
     out = columns.copy()
-    adjoint = np.column_stack([_twist(X @ _motion(_STEP * step) @ np.linalg.inv(X)) for step in np.eye(6)]) / _STEP
+    adjoint = np.column_stack([_twist(X @ pose_of_six(_STEP * step) @ np.linalg.inv(X)) for step in np.eye(6)]) / _STEP
     before, after = _twists(cell), _twists(carried(cell, X))
     for first, B in before.items():
         own = slice(first, first + len(PLACEMENT))
@@ -87,7 +87,7 @@ def motions_of_world(cell: Cell, unknowns: Sequence[_core.Parameter]) -> FloatAr
             if of["on"] == "world" and (f"{kind} {name}", PLACEMENT[0]) in where:
                 T, at = pose(of), [where[f"{kind} {name}", axis] for axis in PLACEMENT]
                 for k, step in enumerate(_STEP * np.eye(6)):
-                    out[at, k] = _twist(np.linalg.inv(T) @ _motion(step) @ T) / _STEP
+                    out[at, k] = _twist(np.linalg.inv(T) @ pose_of_six(step) @ T) / _STEP
     return out
 
 
@@ -103,12 +103,6 @@ def _twists(cell: Cell) -> dict[int, FloatArray]:
             ends = [[cell.core.placements(theta + sign * step)[k] for sign in (1, -1)] for step in steps]
             out[first] = np.column_stack([_twist(there @ np.linalg.inv(back)) for there, back in ends]) / (2 * _STEP)
     return out
-
-
-def _motion(six: FloatArray) -> FloatArray:
-    X = np.eye(4)
-    X[:3, :3], X[:3, 3] = _core.exp_so3(six[3:]), six[:3]
-    return X
 
 
 def _twist(X: FloatArray) -> FloatArray:

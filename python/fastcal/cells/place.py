@@ -29,7 +29,7 @@ from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.kinds import KindNoise
 from fastcal.place import joint_name, place_of
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.robot_spec import frame_spec
 from fastcal.robot.se3 import inverse, turn_between
 from fastcal.units import from_si, to_si
 

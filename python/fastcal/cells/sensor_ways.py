@@ -37,10 +37,9 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import place_of
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import frame_spec
 from fastcal.robot.rig import pictures
 from fastcal.robot.robot import Robot
-from fastcal.robot.robot_spec import Spec
+from fastcal.robot.robot_spec import Spec, frame_spec
 from fastcal.robot.se3 import inverse
 
 _OF_TORQUES = {

@@ -11,11 +11,12 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
-from fastcal.calibration.prediction import quaternions
 from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.errors import FastcalError, InvalidInput
+from fastcal.measurements.rotations import quaternions
+from fastcal.robot import se3
 from fastcal.robot.se3 import rotations_by
 
 
@@ -62,11 +63,7 @@ def view_poses(cell: Cell, q: FloatArray, view: str, threads: int = 1) -> FloatA
     if not sensor:
         return T
     S = np.asarray(model.predict(samples, model.start, threads, of=sensor))
-    R = S[:, :3, :3].transpose(0, 2, 1)
-    out = np.tile(np.eye(4), (len(q), 1, 1))
-    out[:, :3, :3] = R @ T[:, :3, :3]
-    out[:, :3, 3] = np.einsum("nij,nj->ni", R, T[:, :3, 3] - S[:, :3, 3])
-    return out
+    return se3.inverses(S) @ T
 
 
 def predict_cell(cell: Cell, postures: Readings, *, threads: int = 1) -> dict[str, CellPrediction]:

@@ -22,8 +22,10 @@ from fastcal.calibration.picture_arm import meant_by_poses
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
+from fastcal.measurements.rotations import nearest_rotation
+from fastcal.robot import se3
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.robot_spec import frame_spec
 
 FloatArray = NDArray[np.float64]
 _ROUNDS = 8
@@ -63,7 +65,7 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
             continue
         places = {of.name: of for of in cell.points}
         frame, other = (_world_poses(model, samples, places[name].on, len(readings)) for name in (sensor, target))
-        A, whole = _inverse(other) @ frame, np.isfinite(seen).all(axis=(1, 2))
+        A, whole = se3.inverses(other) @ frame, np.isfinite(seen).all(axis=(1, 2))
         found = hand_eye(A[whole], seen[whole])
         if found is None:
             continue
@@ -98,8 +100,8 @@ def _placed(cell: Cell, readings: Readings, name: str) -> Cell:
         seen = _measured_poses(readings, view)
         if seen is None or name not in (target, sensor):
             continue
-        T = poses(sensor) @ seen if name == target else poses(target) @ _inverse(seen)
-        found.append(_inverse(poses(point.on)) @ T)
+        T = poses(sensor) @ seen if name == target else poses(target) @ se3.inverses(seen)
+        found.append(se3.inverses(poses(point.on)) @ T)
     every = [T for T in np.concatenate(found) if not np.isnan(T).any()] if found else []
     if len(every) < _LEAST:
         return cell
@@ -113,28 +115,15 @@ def _measured_poses(readings: Readings, view: str) -> FloatArray | None:
     p, wxyz = readings.tables.get(f"position@{view}"), readings.tables.get(f"rotation@{view}")
     if p is None or wxyz is None:
         return None
-    out = np.tile(np.eye(4), (len(p), 1, 1))
-    for i, (point, q) in enumerate(zip(p, wxyz, strict=True)):
-        if np.isnan(point).any() or np.isnan(q).any():
-            out[i] = np.nan
-            continue
-        out[i, :3, :3] = _core.quaternion_to_rotation(q)
-        out[i, :3, 3] = point
-    return out
-
-
-def _inverse(T: FloatArray) -> FloatArray:
-    """(N, 4, 4) inverses of poses."""
-    out = np.tile(np.eye(4), (len(T), 1, 1))
-    out[:, :3, :3] = T[:, :3, :3].transpose(0, 2, 1)
-    out[:, :3, 3] = -np.einsum("nij,nj->ni", out[:, :3, :3], T[:, :3, 3])
+    out = np.full((len(p), 4, 4), np.nan)
+    for i in np.flatnonzero(np.isfinite(np.hstack([p, wxyz])).all(axis=1)):
+        out[i] = se3.pose(_core.quaternion_to_rotation(wxyz[i]), p[i])
     return out
 
 
 def _mean(T: FloatArray, near: FloatArray) -> FloatArray:
     """A robust mean of poses (N, 4, 4): the median of positions, and of turns about the best rotation of all."""
-    u, _, vt = np.linalg.svd(T[:, :3, :3].sum(axis=0))
-    R = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    R = nearest_rotation(T[:, :3, :3].sum(axis=0))
     turns = np.array([_core.log_so3(R.T @ each) for each in T[:, :3, :3]])
     out = near.copy()
     out[:3, :3] = R @ _core.exp_so3(np.median(turns, axis=0))

@@ -24,10 +24,10 @@ from fastcal.io.robot_file import load_robot, write_spec
 from fastcal.io.tables import write_csv
 from fastcal.io.yaml_text import yaml_text
 from fastcal.place import joint_column
+from fastcal.robot import se3
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import board_corners
 from fastcal.robot.robot import Robot
-from fastcal.robot.se3 import inverse
 from fastcal.units import from_si, to_si
 
 ARM = "ur5e"
@@ -86,13 +86,13 @@ def _session(nominal: Robot, true: Robot, rows: int, seed: tuple[int, int]) -> t
     q_all: list[FloatArray] = []
     shown: list[FloatArray] = []
     for _ in range(_MOST_TRIES // rows):
-        targets = np.array([_view(random, plate) @ inverse(wrist) for _ in range(rows)])
+        targets = np.array([_view(random, plate) @ se3.inverse(wrist) for _ in range(rows)])
         found = inverse_kinematics(nominal, targets)
         for q, ok in zip(found.q, found.status == "reached", strict=True):
             if not ok:
                 continue
             stands = q + to_si(REPEATABILITY_DEG, "deg") * random.standard_normal(len(q))
-            T = inverse(np.asarray(true.forward(stands[np.newaxis]))[0] @ wrist) @ plate
+            T = se3.inverse(np.asarray(true.forward(stands[np.newaxis]))[0] @ wrist) @ plate
             if _whole(T):
                 q_all.append(q)
                 shown.append(T)
@@ -107,9 +107,7 @@ def _view(random: np.random.Generator, plate: FloatArray) -> FloatArray:
     turn = [*random.uniform(-TILT_DEG, TILT_DEG, 2), random.uniform(-ROLL_DEG, ROLL_DEG)]
     R = plate[:3, :3] @ pose({"xyz_mm": [0.0] * 3, "rpy_deg": turn})[:3, :3]
     aside = np.array([*random.uniform(-ASIDE_MM, ASIDE_MM, 2), random.uniform(*DISTANCE_MM)])
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = R, middle[:3] - R @ to_si(aside, "mm")
-    return T
+    return se3.pose(R, middle[:3] - R @ to_si(aside, "mm"))
 
 
 def _whole(T: FloatArray) -> bool:

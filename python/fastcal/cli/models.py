@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -42,16 +42,7 @@ def predict(
     with progress() as show:
         show("predicting")
         found = predicted(robot, poses, threads=threads)
-    columns: dict[str, Any] = {"row": range(len(poses))}
-    columns |= zip(("x_mm", "y_mm", "z_mm"), from_si(found.position, "mm").T, strict=True)
-    columns |= zip(("qw", "qx", "qy", "qz"), found.rotation.T, strict=True)
-    columns |= zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), from_si(found.sigma_position, "mm").T, strict=True)
-    if found.sigma_rotation is not None:
-        turning = from_si(found.sigma_rotation, "deg").T
-        columns |= zip(("sigma_rx_deg", "sigma_ry_deg", "sigma_rz_deg"), turning, strict=True)
-    if found.correction_weight is not None:
-        columns["correction_weight"] = found.correction_weight
-    write_csv(output, columns)
+    write_csv(output, {"row": range(len(poses)), **found.columns()})
     notes = [*poses.notes, *found.notes]
     warn(notes)
     sigma = from_si(found.sigma_position, "mm")

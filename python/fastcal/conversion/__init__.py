@@ -12,12 +12,13 @@ import numpy as np
 
 from fastcal import units
 from fastcal.arrays import FloatArray
-from fastcal.conversion.chain import Body, Chain, Spec, chain_of, frame_of, si
+from fastcal.conversion.chain import Body, Chain, Spec, chain_of, si
 from fastcal.conversion.rows import dh_rows, mdh_rows
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
 from fastcal.place import joint_name
 from fastcal.robot import se3
+from fastcal.robot.core_model import pose
 from fastcal.robot.loops import has_branches
 
 KINDS = ("dh", "mdh", "poe", "urdf")
@@ -152,7 +153,7 @@ def _surroundings(spec: Spec, geometry: _Geometry) -> Spec:
     kept: Spec = {key: copy.deepcopy(spec[key]) for key in ("base", "tool", "payload", "gravity_m_s2")}
     kept |= {key: spec[key] for key in ("gravity_frame", "wrench_frame", "equilibrium") if key in spec}
     if not _is_identity(geometry.base):
-        kept["base"] = _frame(frame_of(spec["base"]) @ geometry.base)
+        kept["base"] = _frame(pose(spec["base"]) @ geometry.base)
         if spec["gravity_frame"] == "base":
             kept["gravity_m_s2"] = _list(geometry.base[:3, :3].T @ si(spec["gravity_m_s2"], "m_s2"), "m_s2")
     return kept

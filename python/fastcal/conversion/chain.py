@@ -17,6 +17,7 @@ import numpy as np
 from fastcal import units
 from fastcal.arrays import FloatArray
 from fastcal.robot import se3
+from fastcal.robot.core_model import pose
 
 Spec = dict[str, Any]
 
@@ -85,13 +86,8 @@ def chain_of(spec: Spec) -> Chain:
         bodies.append(None if body is None else body.moved(link_frame))
     home = steps[-1][1]
     if (end := "home" if spec["kinematics"] == "poe" else "flange") in spec:
-        home = home @ frame_of(spec[end])
+        home = home @ pose(spec[end])
     return Chain(tuple(revolute), np.array(omegas), np.array(vs), home, tuple(bodies))
-
-
-def frame_of(frame: Spec) -> FloatArray:
-    """T of {xyz_mm, rpy_deg}."""
-    return se3.pose(se3.rpy_to_rotation(si(frame["rpy_deg"], "deg")), si(frame["xyz_mm"], "mm"))
 
 
 def body_of(joint: Spec) -> Body | None:
@@ -168,7 +164,7 @@ def _urdf(spec: Spec) -> _Steps:
     steps: _Steps = []
     T = np.eye(4)
     for joint in spec["joints"]:
-        T = T @ frame_of(joint["origin"])
+        T = T @ pose(joint["origin"])
         turn = se3.turn_between(np.array([0.0, 0.0, 1.0]), np.array(joint["axis"]), np.array([1.0, 0.0, 0.0]))
         steps.append((T @ se3.pose(turn), T))
     return steps

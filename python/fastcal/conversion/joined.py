@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from fastcal.conversion import convert, poe_geometry
-from fastcal.conversion.chain import Chain, Spec, chain_of, frame_of
+from fastcal.conversion.chain import Chain, Spec, chain_of
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
 from fastcal.place import place_of
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.core_model import pose
+from fastcal.robot.robot_spec import frame_spec
 
 _KEPT = ("tool", "payload", "gravity_m_s2", "wrench_frame", "equilibrium")
 _ONE_ARM = ("coupling", "pendant", "structure", "compensator", "correction", "loops")
@@ -53,7 +54,7 @@ def joined_screws(specs: Sequence[Spec], name: str) -> Spec:
     effects: list[Spec] = []
     for i, spec in enumerate(specs):
         effects += _counted_on(spec, sum(len(chain.revolute) for chain in chains))
-        T = T @ frame_of(spec["base"]) if i else T
+        T = T @ pose(spec["base"]) if i else T
         chains.append(moved(chain_of(spec), T))
         T = chains[-1].home
     last = specs[-1]

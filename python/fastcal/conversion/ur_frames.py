@@ -8,9 +8,10 @@ import numpy as np
 
 from fastcal import units
 from fastcal.arrays import FloatArray
-from fastcal.conversion.chain import Spec, frame_of
+from fastcal.conversion.chain import Spec
 from fastcal.errors import InvalidInput
 from fastcal.robot import se3
+from fastcal.robot.core_model import pose
 
 _EXACT = 1e-9
 
@@ -35,7 +36,7 @@ def ur_origins(spec: Spec) -> list[FloatArray]:
         origins.append(behind @ along)
         behind = se3.pose(se3.rotation_x(alpha) @ se3.rotation_y(beta), [units.to_si(joint["a_mm"], "mm"), 0.0, 0.0])
     if "flange" in spec:
-        behind = behind @ frame_of(spec["flange"])
+        behind = behind @ pose(spec["flange"])
     if np.abs(behind - np.eye(4)).max() > _EXACT:
         raise InvalidInput(
             f"{spec['name']}: its last row has an a, alpha or beta, or a flange follows it, and ur_description's tool0 "

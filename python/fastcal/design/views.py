@@ -15,10 +15,10 @@ from fastcal.design.candidates import joint_ranges
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.ik.posture import unwound
+from fastcal.robot import se3
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import board_corners, lens_numbers, pictures
 from fastcal.robot.robot import Robot
-from fastcal.robot.se3 import inverse
 from fastcal.units import to_si
 
 STEEPEST = to_si(50.0, "deg")  # that a camera looks at a board: farther, corners blur into each other
@@ -60,8 +60,8 @@ def drawn_postures(
         in_hand = camera["on"] == _FLANGE
         own, other = (camera, board) if in_hand else (board, camera)
         T_world_other = frames_of(robot, np.zeros((1, robot.joint_count)), other["on"])[0] @ pose(other)
-        T_other_own = T_board_camera if in_hand else inverse(T_board_camera)
-        wanted.append(T_world_other @ T_other_own @ inverse(pose(own)) @ T_flange_tool)
+        T_other_own = T_board_camera if in_hand else se3.inverse(T_board_camera)
+        wanted.append(T_world_other @ T_other_own @ se3.inverse(pose(own)) @ T_flange_tool)
     ranges = joint_ranges(robot)
     middle, width = ranges.mean(axis=1), np.ptp(ranges, axis=1)
     seeds = middle + _AROUND * random.uniform(-1, 1, (count, len(ranges))) * width
@@ -92,10 +92,8 @@ def _view(
     about = np.cross(ray, [0.0, 0.0, 1.0])
     length = float(np.linalg.norm(about))
     to_axis = _core.exp_so3(about / length * np.arcsin(length)) if length > 0 else np.eye(3)
-    T = np.eye(4)
-    T[:3, :3] = R @ to_axis
-    T[:3, 3] = middle - distance * T[:3, :3] @ ray
-    return T
+    turned = R @ to_axis
+    return se3.pose(turned, middle - distance * turned @ ray)
 
 
 def seen(robot: Robot, q: FloatArray, focus: tuple[float, float] | None, margin: float = MARGIN) -> FloatArray:

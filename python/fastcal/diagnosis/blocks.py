@@ -17,10 +17,10 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.calibration.tall import moved
 from fastcal.diagnosis import generic
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Curves, Generic
 from fastcal.diagnosis.library import Hypothesis
-from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.priors import moves_nothing
 from fastcal.diagnosis.problem import ONE, Problem
 from fastcal.diagnosis.projection import score_tests, score_tests_beside
@@ -83,7 +83,7 @@ class Blocks:
         row = self.at.near.row
         values = np.zeros((len(row) + len(self.at.free), self.sizes[index]), order="F")
         _fill(values[: len(row)], block, direction, row)
-        values[: len(row)] = without_memory(self.at.problem, values[: len(row)], row)
+        values[: len(row)] = decorrelated(self.at.problem, values[: len(row)], row)
         return values
 
     def label(self, index: int) -> Label:
@@ -171,7 +171,7 @@ def columns_at(at: Fit, alone: list[Hypothesis] | None = None, *, as_measured: b
     begins = np.cumsum([named, *sizes[len(names) :]])[:-1]
     each(fill, zip(begins.tolist(), generics, directions, strict=True))
     if not problem.noise.is_white and not as_measured:
-        measured[...] = without_memory(problem, measured, row)
+        measured[...] = decorrelated(problem, measured, row)
     return Columns(names, generics, values, sizes, directions, frame_columns)
 
 

@@ -14,8 +14,8 @@ from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.smoothing import LinearProblem, choose_curvatures
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.fits import Fit
-from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.priors import held
 from fastcal.effects.entries import curve_of
 from fastcal.place import place_of
@@ -103,8 +103,8 @@ def with_curvatures(at: Fit, curves: Sequence[Spec], start: Sequence[float] | No
     J /= problem.noise.factor
     chosen = choose_curvatures(
         LinearProblem(
-            without_memory(problem, J, row),
-            without_memory(problem, near.r / problem.noise.factor, row),
+            decorrelated(problem, J, row),
+            decorrelated(problem, near.r / problem.noise.factor, row),
             row,
             [blocks[k] for k in smooth],
             [np.asarray(effects[k].penalty) for k in smooth],

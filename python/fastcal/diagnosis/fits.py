@@ -30,9 +30,9 @@ from fastcal.calibration.geometry_anchoring import geometry_pulls
 from fastcal.calibration.tall import gram
 from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import priors, rules
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.fit_algebra import above, columns_of, inverse_triangle, solved
 from fastcal.diagnosis.library import Hypothesis
-from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.problem import Linearization, Problem
 from fastcal.diagnosis.projection import basis, root
 from fastcal.diagnosis.starting_values import carried, first_guess
@@ -150,7 +150,7 @@ class Fit:
         Of white noise: what rows share with those measured before them is taken out.
         """
         own = self.near.row
-        r = without_memory(self.problem, -self.near.r / self.problem.noise.factor, own)
+        r = decorrelated(self.problem, -self.near.r / self.problem.noise.factor, own)
         return self._with_priors(self._measured, r)
 
     @cached_property
@@ -219,7 +219,7 @@ class Fit:
         """(m, F) whitened derivatives of the measured numbers."""
         J = columns_of(self.near, self.free)
         J /= self.problem.noise.factor
-        return without_memory(self.problem, J, self.near.row)
+        return decorrelated(self.problem, J, self.near.row)
 
     @cached_property
     def freedom(self) -> float:
@@ -283,7 +283,7 @@ def fit(problem: Problem, added: Sequence[Hypothesis], start: Fit | None = None,
         return problem.linearized(model, samples, theta, memory, columns=columns)
 
     def white(near: Linearization, values: FloatArray) -> FloatArray:
-        return without_memory(problem, values, near.row)
+        return decorrelated(problem, values, near.row)
 
     def remaining(theta: FloatArray, near: Linearization) -> float:
         r = white(near, near.r) / factor

@@ -293,12 +293,16 @@ def effect_has_moment(effect: str) -> bool:
 
 def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """Moments over the rows of the data; the search goes on from the best of them to the best between two rows."""
-    inner = np.unique(order_of_rows(data))[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP]
+    for at in _places_of_steps(order_of_rows(data), f"{label(bare)} needs more moments"):
+        yield from_moment(bare, at, data)
+
+
+def _places_of_steps(values: FloatArray, too_few: str) -> list[float]:
+    """Values between which a step may lie, spread evenly over the rows, enough rows on either side of each."""
+    inner = np.unique(values)[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP]
     if len(inner) == 0:
-        raise InvalidInput(f"{label(bare)} needs more moments")
-    places = np.unique(np.linspace(0, len(inner) - 1, STEP_MOMENTS).round().astype(int))
-    for at in inner[places]:
-        yield from_moment(bare, float(at), data)
+        raise InvalidInput(too_few)
+    return inner[np.unique(np.linspace(0, len(inner) - 1, STEP_MOMENTS).round().astype(int))].tolist()
 
 
 def order_of_rows(data: Dataset) -> FloatArray:
@@ -323,14 +327,9 @@ def jumps_with_posture(effect: str) -> bool:
 
 def _positions(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """Positions of the joint that decides; the search goes on from the best of them to the best between two rows."""
-    inner = np.unique(data.q[:, source_of(bare["owner"]).index])[
-        rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP
-    ]
-    if len(inner) == 0:
-        raise InvalidInput(f"{label(bare)} needs more positions")
-    places = np.unique(np.linspace(0, len(inner) - 1, STEP_MOMENTS).round().astype(int))
-    for at in inner[places]:
-        yield from_position(bare, float(at), robot)
+    positions = data.q[:, source_of(bare["owner"]).index]
+    for at in _places_of_steps(positions, f"{label(bare)} needs more positions"):
+        yield from_position(bare, at, robot)
 
 
 def from_position(bare: Spec, at: float, robot: Robot) -> Hypothesis:

@@ -28,6 +28,7 @@ from fastcal.calibration.tall import taken
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.said import joined, said
+from fastcal.units import from_si
 
 # Successive poses nearer than this share of the distance of poses half the set apart are a path, as a grid is measured:
 # what is missing is alike in successive rows too, and only plain correlation counts as memory.
@@ -101,7 +102,7 @@ def _of_neighbours(any_two: float, count: int) -> float:
 
 def without_memory(problem: Problem, values: FloatArray, row: IndexArray) -> FloatArray:
     """Numbers (m, ...) of measured rows, decorrelated; the same where the noise has no memory."""
-    if problem.noise.is_white:
+    if not problem.noise.follows:
         return values
     here, share = _followed(problem, row)
     before = np.flatnonzero(share) - here[share != 0]
@@ -123,7 +124,7 @@ def without_memory(problem: Problem, values: FloatArray, row: IndexArray) -> Flo
 
 def log_determinant(problem: Problem, row: IndexArray) -> float:
     """Of the correlation of numbers of measured rows: what white noise of the same size lacks in -2 log likelihood."""
-    return 0.0 if problem.noise.is_white else float(np.sum(np.log1p(-(_followed(problem, row)[1] ** 2))))
+    return float(np.sum(np.log1p(-(_followed(problem, row)[1] ** 2)))) if problem.noise.follows else 0.0
 
 
 def _followed(problem: Problem, row: IndexArray) -> tuple[IndexArray, FloatArray]:
@@ -158,6 +159,21 @@ def _succession(problem: Problem, row: IndexArray) -> tuple[IndexArray, FloatArr
 def with_memory_named(note: str, noise: Noise) -> str:
     """A sentence about the noise, with what rows share in it where the tests allow for that."""
     clauses = [note]
+    if noise.repeatability > 0:
+        size = float(from_si(noise.repeatability * noise.factor, "mrad"))
+        clauses.append(
+            said(
+                "the joints repeat to about {size:.2g} mrad: errors grow with reach, rows measured in one posture "
+                "share them, and all tests and stated deviations allow for it",
+                size=size,
+            )
+            if noise.by_stay
+            else said(
+                "the joints repeat to about {size:.2g} mrad: errors grow with reach, and all tests and stated "
+                "deviations allow for it",
+                size=size,
+            )
+        )
     if noise.memory > 0:
         clauses.append(
             said(

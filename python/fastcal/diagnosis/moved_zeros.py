@@ -16,8 +16,8 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.library import Hypothesis, effect_has_moment, order_of_rows
-from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, Reason
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -46,7 +46,7 @@ def moved_zeros(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
     zeros = []
     for joint in range(problem.start.robot.joint_count):
         columns = np.zeros((len(A), over.shape[1]))
-        columns[: len(row)] = without_memory(problem, over[row] * state.blocks.frames[joint_name(joint)], row)
+        columns[: len(row)] = decorrelated(problem, over[row] * state.blocks.frames[joint_name(joint)], row)
         zeros.append(columns)
     Q = basis(np.delete(A, own, axis=1))
     sizes = [len(own), *(len(over.T) for _ in zeros)]

@@ -13,7 +13,9 @@ from scipy import special
 from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.decorrelation import joint_share, points_without_joint_noise
 from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.joint_repeats import with_joint_noise
 from fastcal.diagnosis.memory import memory, shared
 from fastcal.diagnosis.noise_scales import others_note, rms_sigma, with_others_kept
 from fastcal.diagnosis.problem import Noise, Problem
@@ -47,6 +49,7 @@ class NoiseLevel:
         note: A sentence for a person.
         moved: Rows that lie off together, between others that do not, as if base or target had been knocked.
         slow: What moves in time, and is none of it.
+        joints: The part of sigma that is of joints which repeat badly [m].
     """
 
     noise: Noise
@@ -55,14 +58,22 @@ class NoiseLevel:
     note: str
     moved: tuple[int, ...] = ()
     slow: SlowMotions = field(default_factory=lambda: SlowMotions([], 0.0))
+    joints: float = 0.0
+
+    @property
+    def instrument(self) -> float:
+        """Sigma without the joints' part."""
+        return float(np.sqrt(max(self.sigma**2 - self.joints**2, 0.0)))
 
     def calmer(self, noise: Noise) -> NoiseLevel:
         """With the noise that curves of the joints leave, where that is less than the richest model left."""
         if noise.factor >= self.noise.factor:
             return self
-        sigma = self.sigma * noise.factor / self.noise.factor
+        by = noise.factor / self.noise.factor
         note = f"estimated after fitting joint curves; without them: {self.note}"
-        return replace(self, noise=noise, sigma=sigma, source="residual", note=note)
+        return replace(
+            self, noise=noise, sigma=self.sigma * by, source="residual", note=note, joints=self.joints * by
+        )
 
 
 def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, NoiseLevel]:
@@ -78,6 +89,7 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     rho = slow.rho
     if slow.found:
         beside = beside.with_motions(slow.found)
+    beside = with_joint_noise(beside)
     _A, r, row = beside.fit.whitened
     if rho > 0 and beside.columns is not at_rest:
         rho = memory(every, beside.columns, r, row, beside.left.wrong)
@@ -97,7 +109,9 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     used[every.rows[left_out(beside.left.wrong, beside.left.gross, every.kept)]] = False
     others = others_note(found)
     note = f"{level.note}; {others}" if others else level.note
-    return replace(found, used=used), replace(level, noise=found.noise, note=note)
+    joints = joint_share(found)
+    sigma = float(np.hypot(level.sigma, joints))
+    return replace(found, used=used), replace(level, noise=found.noise, note=note, sigma=sigma, joints=joints)
 
 
 def left_out(wrong: IndexArray, gross: IndexArray, data: Dataset) -> IndexArray:
@@ -270,7 +284,7 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
     A claim that the repeats bear out (chi square, two-sided ALPHA_NOISE) is taken as it is; where the rich model leaves
     as much (F), both together; where it leaves less, something moved between the visits, and they are no repeats.
     """
-    repeated = repeats(data)
+    repeated = repeats(data, problem)
     if repeated is None or repeated[1] < MIN_REPEAT_FREEDOM:
         return None
     sigma, freedom = repeated
@@ -302,14 +316,16 @@ def over_claim(level: NoiseLevel, data: Dataset, option: float | None) -> float:
     if level.source == "repeats":
         return 0.0
     if option is not None:
-        return level.sigma / option
-    return 0.0 if data.sigma_position is None else level.sigma / float(np.sqrt(np.nanmean(data.sigma_position**2)))
+        return level.instrument / option
+    claimed = data.sigma_position
+    return 0.0 if claimed is None else level.instrument / float(np.sqrt(np.nanmean(claimed**2)))
 
 
-def repeats(data: Dataset) -> tuple[float, float] | None:
+def repeats(data: Dataset, problem: Problem | None = None) -> tuple[float, float] | None:
     """Pure error of a coordinate [m] and its degrees of freedom, from rows with the same command; None: no repeats.
 
-    Rows that differ in approach, temperature or station are no repeats of each other.
+    Rows that differ in approach, temperature or station are no repeats of each other. Where the noise of a `problem`
+    is also of joints that repeat badly, this error is without it.
     """
     if data.position is None:
         return None
@@ -318,11 +334,17 @@ def repeats(data: Dataset) -> tuple[float, float] | None:
         degrees = np.round(data.temperature / REPEAT_TEMPERATURE).astype(np.intp)
         group = np.unique(np.column_stack([group, degrees]), axis=0, return_inverse=True)[1].ravel()
     whole = ~np.isnan(data.position).any(axis=1)
-    squares, freedom = 0.0, 0.0
+    of_joints = problem is not None and problem.noise.repeatability > 0
+    if problem is not None and of_joints and problem.noise.by_stay:  # rows of a stay share the joints' errors
+        whole &= np.isin(np.arange(len(data)), np.unique(problem.stays, return_index=True)[1])
+    away, freedom = np.zeros((len(data), 3)), 0.0
     for g in np.flatnonzero(np.bincount(group[whole]) > 1):
-        points = data.position[whole & (group == g)]
-        squares += float(np.sum((points - points.mean(axis=0)) ** 2))
-        freedom += 3 * (len(points) - 1)
+        own = whole & (group == g)
+        away[own] = data.position[own] - data.position[own].mean(axis=0)
+        freedom += 3 * (int(own.sum()) - 1)
+    if problem is not None and of_joints:
+        away = points_without_joint_noise(problem, away)
+    squares = float(np.sum(away**2))
     return None if freedom == 0 or squares == 0 else (float(np.sqrt(squares / freedom)), freedom)
 
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import periodic, rules
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.library import Hypothesis
-from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.periodic import is_periodic, scan
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.place import place_of
@@ -70,7 +70,7 @@ def is_one_curve(search: Search, state: SearchNode, waves: Sequence[Hypothesis])
 
     def evidence(functions: FloatArray) -> float:
         columns = np.zeros((len(r), functions.shape[1]))
-        columns[: len(turn)] = without_memory(search.problem, functions[row] * turn[:, np.newaxis], row)
+        columns[: len(turn)] = decorrelated(search.problem, functions[row] * turn[:, np.newaxis], row)
         return beside.weigh(columns / np.sqrt(np.mean(turn**2))).evidence
 
     tried = {name.cause for name in search.problem.names if name.owner == owner and is_periodic(name)}

@@ -20,9 +20,9 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.held_out import fold_of
 from fastcal.diagnosis.library import Hypothesis, harmonics, is_excluded
-from fastcal.diagnosis.memory import without_memory
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import curve_of, effect_names, traits_of
@@ -191,7 +191,7 @@ def _scored(state: SearchNode, joint: int) -> Callable[[FloatArray], _core.Block
         C = np.zeros((len(r), 2 * len(orders)))
         measured = C[: len(row)]
         measured[:, 0::2], measured[:, 1::2] = turn * np.sin(angle)[row], turn * np.cos(angle)[row]
-        measured[...] = without_memory(problem, measured, row)
+        measured[...] = decorrelated(problem, measured, row)
         return score_tests(Q, C, r, [2] * len(orders)).scores
 
     return scored

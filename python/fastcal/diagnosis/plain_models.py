@@ -330,11 +330,11 @@ def _ways(state: SearchNode, entries: Sequence[Spec], *, few: bool) -> list[tupl
 
 
 def _as_measured(problem: Problem) -> Problem | None:
-    """All rows, as if the noise had no memory; None where that is the problem as it is."""
+    """All rows, as if each number erred by itself; None where that is the problem as it is."""
     measured = problem.data.measured
     if np.array_equal(problem.used, measured) and problem.noise.is_white and problem.weight is None:
         return None
-    return replace(problem, used=measured, noise=replace(problem.noise, memory=0.0, shared=0.0), weight=None)
+    return replace(problem, used=measured, noise=problem.noise.without_correlation, weight=None)
 
 
 def _with(state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:

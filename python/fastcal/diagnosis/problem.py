@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.alignment import measurements, noise_by_observation
 from fastcal.calibration.columns import column_lengths
+from fastcal.calibration.joint_noise import JointNoise
 from fastcal.calibration.options_from_data import with_reference
 from fastcal.calibration.parallel import each
 from fastcal.calibration.postures import stays
@@ -41,7 +42,8 @@ class Noise:
     """Standard deviation of a measured number: root of its claim's square and common^2, times factor and scale.
 
     `memory` is the correlation of postures measured one after the other, `shared` that of neighbouring rows of one
-    stay in a posture (`postures.stays`), beside it.
+    stay in a posture (`postures.stays`), beside it. `repeatability` is how well each joint repeats, over `factor`
+    [rad; of slides m], anew in each row or, with `by_stay`, in each stay (`calibration/joint_noise`).
     """
 
     common: tuple[float, float, float]  # positions [m], all that is in rad, other lengths [m]
@@ -50,16 +52,38 @@ class Noise:
     memory: float = 0.0
     shared: float = 0.0
     scale: Mapping[str, float] = field(default_factory=dict)  # by kind of observation; 1 where there is none
+    repeatability: float = 0.0
+    by_stay: bool = False
 
     @property
-    def without_factor(self) -> tuple[tuple[float, float, float], float, float, dict[str, float]]:
+    def without_factor(self) -> tuple[object, ...]:
         """All that whitens rows but for `factor`."""
-        return self.common, self.memory, self.shared, dict(self.scale)
+        joints = self.repeatability, self.by_stay
+        return self.common, self.memory, self.shared, dict(self.scale), *joints
 
     @property
     def is_white(self) -> bool:
-        """Does no row err as those before it do?"""
-        return self.memory == 0 and self.shared == 0
+        """Does each number err by itself?"""
+        return not self.follows and self.repeatability == 0
+
+    @property
+    def follows(self) -> bool:
+        """Does a row err as those before it do?"""
+        return self.memory > 0 or self.shared > 0
+
+    @property
+    def without_correlation(self) -> Noise:
+        """As if each number erred by itself."""
+        return replace(self, memory=0.0, shared=0.0, repeatability=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Levers:
+    """By what each joint moves the numbers of all rows: (N, numbers, n), NaN where nothing was measured."""
+
+    data: Dataset
+    measured: _core.Measurements
+    moved: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +125,7 @@ class Problem:
             alone are fitted. None: it is held as `priors.widest` has it.
         is_plain: Are names fitted by themselves, as `calibrate` does, without what comes with them (`with_nuisances`)?
         repeatability: Of the joints over the noise of a corner [rad / px], where cameras see boards (`postures`).
+        levers: By what the joints move the numbers of data, known once for all problems of these (`decorrelation`).
     """
 
     start: CalibrationProblem
@@ -116,6 +141,7 @@ class Problem:
     arm_size: float | None = None
     is_plain: bool = False
     repeatability: float | None = None
+    levers: dict[int, Levers] = field(default_factory=dict)
 
     @property
     def curves(self) -> Known:
@@ -169,6 +195,11 @@ class Problem:
     @cached_property
     def successions(self) -> dict[bytes, tuple[NDArray[np.intp], FloatArray]]:
         """What `memory` finds of rows, by the rows of their numbers."""
+        return {}
+
+    @cached_property
+    def joint_noises(self) -> dict[bytes, JointNoise]:
+        """What `decorrelation` finds of rows, by the rows of their numbers."""
         return {}
 
     @cached_property

@@ -17,6 +17,7 @@ from scipy import linalg, special
 
 from fastcal.arrays import BoolArray, FloatArray, IndexArray
 from fastcal.calibration.columns import unit_columns
+from fastcal.calibration.joint_noise import Hats
 from fastcal.calibration.parallel import each
 from fastcal.calibration.row_weights import huber
 from fastcal.calibration.tall import gram, inner, moved, over, single, summed, times
@@ -45,14 +46,21 @@ class RichFit:
     Attributes:
         wrong: Rows that do not fit.
         off: (k,) mean square of the numbers of each of these, studentized.
-        squares: (m,) squares of what is left of the numbers and priors, 0 of rows that do not fit.
+        left: (m,) what is left of the numbers and priors, 0 of rows that do not fit.
         shares: (m,) their parts of the degrees of freedom.
+        hats: Of the rows that fit.
     """
 
     wrong: IndexArray
     off: FloatArray
-    squares: FloatArray
+    left: FloatArray
     shares: FloatArray
+    hats: Hats = ()
+
+    @cached_property
+    def squares(self) -> FloatArray:
+        """(m,) of `left`."""
+        return self.left**2
 
     @cached_property
     def freedom(self) -> float:
@@ -91,6 +99,11 @@ class Leverage:
         sizes = [np.flatnonzero(self._count == size) for size in np.unique(self._count[self._count > 0])]
         parts = [rows[part] for rows in sizes for part in moved(len(rows), Z.shape[1] * int(self._count[rows[0]]))]
         self._groups = each(group, parts)  # rows with as many numbers, the places of these, and h
+
+    def hats(self, wrong: IndexArray) -> Hats:
+        """Of the rows that are not `wrong`."""
+        kept = [(~np.isin(rows, wrong), own, h) for rows, own, h in self._groups]
+        return [(own[fits], h[fits]) for fits, own, h in kept]
 
     def studentized(
         self, left: FloatArray, more: FloatArray | None, wrong: IndexArray
@@ -149,7 +162,7 @@ def without_outliers(
         taken = leverage.power if more is None else leverage.power + row_squares(more)
         square, count = leverage.studentized(left, more, wrong)
         off = square[wrong] / np.maximum(count[wrong], 1)
-        found = RichFit(wrong, off, np.where(kept, left**2, 0.0), np.where(kept, 1.0 - taken, 0.0))
+        found = RichFit(wrong, off, np.where(kept, left, 0.0), np.where(kept, 1.0 - taken, 0.0), leverage.hats(wrong))
         several = max((count > 0).sum(), 1)
         limit = found.mean_square * special.chdtri(np.maximum(count, 1), rules.ALPHA_OUTLIER / several)
         now = _largest(np.flatnonzero((count > 0) & (square > limit)), square, row)

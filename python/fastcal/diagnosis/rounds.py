@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from fastcal.diagnosis import periodic, rivals, rules, scans
+from fastcal.diagnosis.decorrelation import joint_share
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.noise_scales import rms_sigma
@@ -69,15 +70,15 @@ def _again(search: Search, best: SearchNode, sigma: float | None) -> tuple[Probl
     """The noise as the set that was found shows it.
 
     With a new start where it shows further names, such as waves of other orders, markedly less noise than there seemed
-    to be, or a memory that the search did not allow for or that is none; else None.
+    to be, or a memory or joints that repeat badly, which the search did not allow for or which are none; else None.
     """
     problem = search.problem
     more = _further_names(search, best)
     begun = replace(claimed(problem.data, sigma), scale=problem.noise.scale)
     again = replace(problem, names=[*problem.names, *more], noise=begun)
     calmer, level = with_estimated_noise(again, best.fit, sigma)
-    is_white, was_white = calmer.noise.is_white, problem.noise.is_white
-    return (calmer if more or is_white != was_white or _is_calmer(calmer, problem) else None), level
+    changes = any(of(calmer.noise) != of(problem.noise) for of in (_follows, _repeats_badly))
+    return (calmer if more or changes or _is_calmer(calmer, problem) else None), level
 
 
 def _further_names(search: Search, best: SearchNode) -> list[Hypothesis]:
@@ -96,7 +97,16 @@ def _further_names(search: Search, best: SearchNode) -> list[Hypothesis]:
 
 def _is_calmer(now: Problem, before: Problem) -> bool:
     """Is the noise of one problem markedly below that of another one?"""
-    return rms_sigma(now) ** 2 < RESTART_BELOW * rms_sigma(before) ** 2
+    squares = [rms_sigma(of) ** 2 + joint_share(of) ** 2 for of in (now, before)]
+    return squares[0] < RESTART_BELOW * squares[1]
+
+
+def _follows(noise: Noise) -> bool:
+    return noise.follows
+
+
+def _repeats_badly(noise: Noise) -> bool:
+    return noise.repeatability > 0
 
 
 def _best(levels: list[list[SearchNode]]) -> SearchNode:

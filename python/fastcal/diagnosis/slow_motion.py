@@ -23,6 +23,7 @@ from fastcal.calibration.columns import unit_columns
 from fastcal.calibration.pose_folds import measuring_place
 from fastcal.calibration.tall import taken
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Generic, orthonormal, polynomials
 from fastcal.diagnosis.library import Hypothesis
@@ -62,7 +63,7 @@ class SlowMotion:
         curves, frame = self.curves[problem.rows[row[measured]]], frames[self.owner]
         moved = (frame[:, :, np.newaxis] * curves[:, np.newaxis]).reshape(len(frame), -1)
         out = np.zeros((len(row), moved.shape[1]))
-        out[measured] = without_memory(problem, moved, row[measured])
+        out[measured] = decorrelated(problem, moved, row[measured])
         return out
 
 

@@ -32,6 +32,14 @@ class Shown:
         return str(late.call("notebook_html", self))
 
 
+class PlottedArm:
+    """The report's arm of what was found of it, as a Plotly figure."""
+
+    def plot_arm(self) -> Figure:
+        """The arm where the error or difference is largest, its joints coloured by their part in it, and arrows."""
+        return late.call("chart", self, "arm")
+
+
 class PlottedCell:
     """The report's charts of what was found of a cell, as Plotly figures."""
 
@@ -44,7 +52,7 @@ class PlottedCell:
         return late.call("chart", self, "gap")
 
 
-class Plotted(Shown):
+class Plotted(PlottedArm, Shown):
     """`Shown`, and the report's charts of the residuals as Plotly figures."""
 
     def plot_errors(self) -> Figure:
@@ -69,10 +77,6 @@ class Plotted(Shown):
     def plot_workspace(self) -> Figure:
         """The errors as arrows in the workspace, before and after."""
         return late.call("chart", self, "workspace")
-
-    def plot_arm(self) -> Figure:
-        """The arm where the error is largest, its joints coloured by what they contribute, and the errors as arrows."""
-        return late.call("chart", self, "arm")
 
     def plot_noise(self) -> Figure:
         """Normal plot of the residuals, with the line of the estimated noise."""

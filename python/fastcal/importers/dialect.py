@@ -57,3 +57,15 @@ def made(
     """An export whose table a dialect has put together itself."""
     given = list(units) or [""] * len(titles)
     return Export(grid, "", list(titles), with_units(titles, given), rows, lines)
+
+
+def of_features(
+    grid: Grid, found: Sequence[tuple[str, int, Mapping[str, str]]], units: Mapping[str, tuple[str, float]]
+) -> Export:
+    """An export of features, each its name, line and coordinates by X, Y, Z; those that lack one are left out."""
+    whole = [(name, line, axes) for name, line, axes in found if len(axes) == len("XYZ")]
+    rows = [[name, *(axes[axis] for axis in "XYZ")] for name, _, axes in whole]
+    export = made(grid, ["Name", "X", "Y", "Z"], rows, [line for _, line, _ in whole])
+    left = len(found) - len(whole)
+    notes = (f"{left} features without x, y and z are left out",) if left else ()
+    return replace(export, units=units, notes=notes)

@@ -9,9 +9,8 @@ holds what was measured first.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
-from fastcal.importers.dialect import Dialect, made
+from fastcal.importers.dialect import Dialect, of_features
 from fastcal.importers.export import Export
 from fastcal.importers.grid import Grid
 from fastcal.importers.layout import stated_units
@@ -49,13 +48,7 @@ def _read(grid: Grid) -> Export:
             if not measured:
                 raise grid.error("names no column of measured values; expected ACTUAL or MEASURED", line)
             column = measured[0]
-    whole = [(name, line, axes) for name, line, axes in found if len(axes) == len("XYZ")]
-    units = stated_units(grid, len(grid.rows) - 1)
-    rows = [[name, *(axes[axis] for axis in "XYZ")] for name, _, axes in whole]
-    export = made(grid, ["Name", "X", "Y", "Z"], rows, [line for _, line, _ in whole])
-    left = len(found) - len(whole)
-    notes = (f"{left} features without x, y and z are left out",) if left else ()
-    return replace(export, units=units, notes=notes)
+    return of_features(grid, found, stated_units(grid, len(grid.rows) - 1))
 
 
 DIALECT = Dialect("FARO CAM2", _recognizes, _read)

@@ -4,9 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from fastcal.importers.dialect import Dialect, made
+from fastcal.importers.dialect import Dialect, of_features
 from fastcal.importers.export import Export, number
 from fastcal.importers.grid import Grid
 from fastcal.importers.layout import stated_units
@@ -48,16 +46,8 @@ def _read(grid: Grid) -> Export:
         if not found or letter in found[-1][2] or (cells[name] and cells[name] != found[-1][0]):
             found.append((cells[name], row.line, {}))
         found[-1][2][letter] = cells[measured]
-    whole = [(label, line, axes) for label, line, axes in found if len(axes) == len("XYZ")]
     unit = split_unit(grid.rows[head].cells[measured])[1]
-    rows = [[label, *(axes[letter] for letter in "XYZ")] for label, _, axes in whole]
-    export = made(grid, ["Name", "X", "Y", "Z"], rows, [line for _, line, _ in whole])
-    left = len(found) - len(whole)
-    return replace(
-        export,
-        units={"length": unit} if unit else stated_units(grid, head),
-        notes=(f"{left} features without x, y and z are left out",) if left else (),
-    )
+    return of_features(grid, found, {"length": unit} if unit else stated_units(grid, head))
 
 
 DIALECT = Dialect("a table by feature", lambda grid: _places(grid) is not None, _read)

@@ -263,7 +263,7 @@ def _note_mended(join: _Join, pairs: list[Pair] | None, mended: list[Pair], foun
     """What the robot changed, in words."""
     rms = f"{from_si(found.rms, 'mm'):.3g} mm RMS"
     if pairs is not None and set(pairs) == set(mended):
-        join.notes.append(f"tried on the robot: every pair fits it ({rms}), no row has slipped")
+        join.notes.append(f"tried on the robot: every pair fits it ({rms} after a fit), no row has slipped")
         return
     left_points, left_poses = _left(join, mended)
     before_points, before_poses = _left(join, pairs or [])

@@ -23,6 +23,7 @@ from fastcal.importers.picture_set import PictureSet, picture_size
 from fastcal.io.hand_eye_read import matrix_mm
 from fastcal.io.poses import checked
 from fastcal.io.yaml_file import read_yaml
+from fastcal.robot import se3
 from fastcal.units import from_si, to_si
 
 Spec = dict[str, Any]
@@ -73,10 +74,8 @@ def _robodk(folder: Path, taken: Mapping[int, Path], inside: Sequence[Path]) -> 
             q = np.asarray(content.get("joints", []), dtype=np.float64).ravel()
         except (TypeError, ValueError):
             raise ParseError("expected pose_flange of six numbers [mm, rad] and a list of joints", file) from None
-        T = np.eye(4)
-        T[:3, :3] = np.linalg.multi_dot([_core.exp_so3(a * e) for a, e in zip(x[3:], np.eye(3), strict=True)])
-        T[:3, 3] = to_si(x[:3], "mm")
-        flange.append(T)
+        turns = [_core.exp_so3(a * e) for a, e in zip(x[3:], np.eye(3), strict=True)]
+        flange.append(se3.pose(np.linalg.multi_dot(turns), to_si(x[:3], "mm")))
         joints.append(to_si(q, "deg"))
     same = len({len(q) for q in joints}) == 1 and len(joints[0]) > 0
     return _set(

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.poses import checked, posed
 from fastcal.io.regular_file import read_bytes
 from fastcal.io.tables import read_table
 from fastcal.io.yaml_file import read_text, read_yaml
+from fastcal.robot.se3 import pose_of_six
 from fastcal.units import UNITS, parse_name, to_si
 
 _MOST_BYTES = 64_000_000
@@ -95,8 +95,4 @@ def _of_vectors(path: Path) -> PoseList:
         if np.isnan(values).any():
             raise table.wrong_cell(place, int(np.argmax(np.isnan(values))), "a number")
         columns.append(values if unit is None or unit not in UNITS else to_si(values, unit))
-    v = np.column_stack(columns)
-    T = np.tile(np.eye(4), (len(v), 1, 1))
-    T[:, :3, 3] = v[:, :3]
-    T[:, :3, :3] = [_core.exp_so3(turn) for turn in v[:, 3:]]
-    return PoseList(T)
+    return PoseList(np.array([pose_of_six(six) for six in np.column_stack(columns)]))

@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
 from fastcal.calibration.hand_eye import FEWEST, gross, hand_eye
 from fastcal.calibration.picture_arm import FAR_POSES, meant_by_poses
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.importers.pose_lists import read_pose_list
 from fastcal.io.poses import checked, posed
 from fastcal.io.yaml_file import read_yaml
+from fastcal.robot.se3 import pose_of_six
 
 FloatArray = NDArray[np.float64]
 
@@ -161,9 +161,7 @@ def _theta_u(path: Path, row: int) -> FloatArray:
         v = np.asarray(content["data"], dtype=np.float64).reshape(6)
     except (KeyError, TypeError, ValueError):
         raise ParseError("expected data of six numbers: a place in m and a rotation vector", path) from None
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = _core.exp_so3(v[3:]), v[:3]
-    return checked(T, path, row)
+    return checked(pose_of_six(v), path, row)
 
 
 def _two_lists(arm: Path, board: Path) -> PosePairs:

@@ -19,6 +19,7 @@ from fastcal.calibration.moving_rig import frames_of
 from fastcal.errors import ParseError, TooLarge
 from fastcal.importers.pose_pairs import PosePairs, agreeing
 from fastcal.io.bounded import Limits, call
+from fastcal.measurements.rotations import best_motion
 from fastcal.robot.robot import Robot
 
 _TYPE = "robot_calibration_msgs/msg/CalibrationData"
@@ -118,10 +119,5 @@ def _board_in_camera(observed: Mapping[str, tuple[FloatArray, bool]]) -> FloatAr
     b, a = cameras[0][known], chains[0][known]
     if len(a) < _FEWEST or not np.any(b[:, 2]):
         return None
-    u, size, vt = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
-    if size[1] < _FLAT * size[0]:
-        return None
-    T = np.eye(4)
-    T[:3, :3] = u @ np.diag([1.0, 1.0, float(np.sign(np.linalg.det(u @ vt)))]) @ vt
-    T[:3, 3] = b.mean(axis=0) - T[:3, :3] @ a.mean(axis=0)
-    return T
+    size = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)), compute_uv=False)
+    return None if size[1] < _FLAT * size[0] else best_motion(a, b)

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from fastcal.acceptance.plan import AcceptancePlan
 from fastcal.acceptance.visits import TARGET_COLUMNS
-from fastcal.calibration.prediction import quaternions
 from fastcal.io.atomic import atomic_paths
 from fastcal.io.measurements import load_measurements
 from fastcal.io.measurements_out import file_columns
 from fastcal.io.programs import program_files, write_documents
 from fastcal.io.tables import csv_text
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import quaternions
 from fastcal.robot.pendant import controller_columns, joint_columns
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si

@@ -73,9 +73,7 @@ def _input(entry: Any, where: str, path: str | os.PathLike[str]) -> Input:
     freedom = fields.number("degrees_of_freedom", math.inf) if fields.has("degrees_of_freedom") else math.inf
     if not freedom >= 1:
         fields.fail("degrees_of_freedom", "a number of at least 1", freedom)
-    common = fields.take("common", kind not in OF_EACH_POSE)
-    if not isinstance(common, bool):
-        fields.fail("common", "true or false", common)
+    common = fields.truth("common", kind not in OF_EACH_POSE)
     expansion = fields.number("expansion_1_k") if kind == "temperature" else 0.0
     found = Input(fields.text("name"), kind, quantity, standard, distribution, freedom, common, expansion)
     fields.done()

@@ -21,10 +21,8 @@ def check_calibration(fields: Fields, joints: list[Spec]) -> Spec:
 
     Row i of L with i + 1 numbers, or all of them as `calibration_record.packed` writes them.
     """
-    names = fields.take("parameters")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        fields.fail("parameters", "a list of names", names)
-    record: Spec = {"parameters": list(names), "covariance_root": _covariance_root(fields, len(names))}
+    names = fields.names("parameters")
+    record: Spec = {"parameters": names, "covariance_root": _covariance_root(fields, len(names))}
     of_points = fields.optional("sigma_mm") if fields.has("noise") else fields.take("sigma_mm")
     record["sigma_mm"] = None if of_points is None else fields.checked_number("sigma_mm", of_points)
     record["degrees_of_freedom"] = fields.count("degrees_of_freedom", 0, 10**9)
@@ -79,9 +77,7 @@ def _covariance_root(fields: Fields, count: int) -> list[list[float]] | str:
 
 def _held(fields: Fields) -> Spec:
     """What the measurements did not show: names of parameters, and how they move with each that was held."""
-    names = fields.take("parameters")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        fields.fail("parameters", "a list of names", names)
+    names = fields.names("parameters")
     columns = fields.take("directions")
     if not isinstance(columns, list):
         fields.fail("directions", "a list of directions", columns)

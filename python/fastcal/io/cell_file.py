@@ -22,8 +22,6 @@ from fastcal.programs import Cell
 from fastcal.robot.core_model import pose
 from fastcal.units import to_si
 
-_ZERO = [0.0, 0.0, 0.0]
-
 
 def load_cell(path: str | os.PathLike[str]) -> Cell:
     """Reads a cell file.
@@ -57,6 +55,6 @@ def _frames(value: object, where: str, path: str | os.PathLike[str]) -> dict[str
 
 def _frame(value: object, where: str, path: str | os.PathLike[str]) -> NDArray[np.float64]:
     fields = Fields(value, where, path)
-    frame = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
+    frame = fields.frame()
     fields.done()
     return pose(frame)

@@ -17,6 +17,7 @@ from fastcal.errors import ParseError
 
 SMALLEST, LARGEST = 1e-100, 1e100
 REQUIRED: Any = object()  # the default of a key that must be given
+_FRAME = (("xyz", "mm"), ("rpy", "deg"))
 
 
 class Fields:
@@ -75,6 +76,25 @@ class Fields:
         if value not in choices:
             self.fail(key, f"{', '.join(choices[:-1])} or {choices[-1]}", value)
         return str(value)
+
+    def truth(self, key: str, default: bool = REQUIRED) -> bool:
+        """True or false."""
+        value = self.take(key, default)
+        if not isinstance(value, bool):
+            self.fail(key, "true or false", value)
+        return value
+
+    def names(self, key: str, default: list[str] = REQUIRED, *, expected: str = "a list of names") -> list[str]:
+        """A list of texts."""
+        value = self.take(key, default)
+        if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+            self.fail(key, expected, value)
+        return list(value)
+
+    def frame(self, end: str = "") -> dict[str, list[float]]:
+        """xyz_mm and rpy_deg, 0 where they are not given; from keys that begin with `end`, such as from_xyz_mm."""
+        zero = [0.0] * 3
+        return {f"{name}_{unit}": self.quantities(f"{end}{name}", unit, 3, zero) for name, unit in _FRAME}
 
     def number(self, key: str, default: float = REQUIRED) -> float:
         """A finite number without a unit."""

@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.lens_file import storage
 from fastcal.io.poses import checked, posed
+from fastcal.robot.se3 import pose_of_six
 from fastcal.units import to_si
 
 _OURS = ("T_gripper_camera", "T_base_camera")
@@ -48,10 +48,7 @@ def read_hand_eye(path: Path) -> FloatArray:
         if name in content:
             return checked(_numbers(content[name], 16, path).reshape(4, 4), path, 0)
     if "data" in content:
-        v = _numbers(content, 6, path)
-        T = np.eye(4)
-        T[:3, :3], T[:3, 3] = _core.exp_so3(v[3:]), v[:3]
-        return T
+        return pose_of_six(_numbers(content, 6, path))
     raise ParseError(
         "holds no place of a camera; expected the result of easy_handeye, easy_handeye2, Zivid, ViSP or fastcal", path
     )

@@ -25,12 +25,8 @@ def load_instruments(path: str | os.PathLike[str]) -> Instruments:
         ParseError: An unknown key or a value of the wrong kind; one sentence with file and key.
     """
     top = Fields(read_yaml(path), "", path)
-    points = top.take("points", True)
-    if not isinstance(points, bool):
-        top.fail("points", "true or false", points)
-    levels = top.take("levels", [])
-    if not isinstance(levels, list) or not all(isinstance(link, str) for link in levels):
-        top.fail("levels", "a list of links, such as [link2, link3]", levels)
+    points = top.truth("points", True)
+    levels = top.names("levels", [], expected="a list of links, such as [link2, link3]")
     sigma_tilt = top.quantity("sigma_tilt", "mrad", from_si(SIGMA_TILT, "mrad"))
     if not sigma_tilt > 0:
         top.fail("sigma_tilt_mrad", "an angle above 0", sigma_tilt)

@@ -57,11 +57,11 @@ def add_lists(of: Mechanism, value: Spec, path: Path) -> list[str]:
         ParseError: A key, joint, frame or type is not known; the sentence names it.
     """
     top = Fields(value, "", path)
-    motors = _words(top, "name_mot")
-    kinds = dict(zip(_words(top, "joint_name"), _words(top, "joint_type"), strict=False))
+    motors = top.names("name_mot", [])
+    kinds = dict(zip(top.names("joint_name", []), top.names("joint_type", []), strict=False))
     of.joints = [part for joint in of.joints for part in _parts(of, joint, kinds.get(joint.name, ""))]
     of.frames |= {joint.name: (joint.child, np.eye(4)) for joint in of.joints if joint.name not in of.links}
-    pairs, types = top.take("closed_loop"), _words(top, "type")
+    pairs, types = top.take("closed_loop"), top.names("type", [])
     if not isinstance(pairs, list) or any(not isinstance(pair, list) or len(pair) != 2 for pair in pairs):
         top.fail("closed_loop", "a list of pairs of frames", pairs)
     if len(types) != len(pairs) or not {kind.lower() for kind in types} <= _FIXED.keys():
@@ -71,13 +71,6 @@ def add_lists(of: Mechanism, value: Spec, path: Path) -> list[str]:
         of.pins.append(Pins(f"{first}_{second}", (link, other), (T, T_other), _FIXED[kind.lower()]))
     close(of, motors)
     return [name for name in motors if name in {joint.name for joint in of.joints}]
-
-
-def _words(top: Fields, key: str) -> list[str]:
-    given = top.take(key, [])
-    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-        top.fail(key, "a list of names", given)
-    return given
 
 
 def _parts(of: Mechanism, joint: JointOf, kind: str) -> Iterable[JointOf]:

@@ -7,13 +7,10 @@ from __future__ import annotations
 import re
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fastcal.io.fields import Fields
-from fastcal.robot import se3
+from fastcal.robot.core_model import pose
 from fastcal.robot.loops import COMPONENTS
-from fastcal.units import from_si, to_si
+from fastcal.robot.robot_spec import frame_spec
 
 Spec = dict[str, Any]
 _ZERO = [0.0, 0.0, 0.0]
@@ -127,18 +124,9 @@ def _pose(fields: Fields) -> Spec:
 
 def _leave_tool(loop: Spec, end: str, link: str, tool: Spec) -> None:
     """The pin in the axes of the link that carries the tool."""
-    pin = _pose_of(loop.get(f"{end}_xyz_mm", _ZERO), loop.get(f"{end}_rpy_deg", _ZERO))
-    T = _pose_of(tool["xyz_mm"], tool["rpy_deg"]) @ pin
+    T = pose(tool) @ pose({key: loop.get(f"{end}_{key}", _ZERO) for key in ("xyz_mm", "rpy_deg")})
     loop[end] = link
-    loop[f"{end}_xyz_mm"] = [from_si(float(value), "mm") for value in T[:3, 3]]
-    if "fixed" in loop:
-        loop[f"{end}_rpy_deg"] = [from_si(float(angle), "deg") for angle in se3.rotation_to_rpy(T[:3, :3])]
-
-
-def _pose_of(xyz_mm: list[float], rpy_deg: list[float]) -> NDArray[np.float64]:
-    """(4, 4) in m."""
-    rpy = [to_si(angle, "deg") for angle in rpy_deg]
-    return se3.pose(se3.rpy_to_rotation(rpy), [to_si(value, "mm") for value in xyz_mm])
+    loop |= {f"{end}_{key}": numbers for key, numbers in frame_spec(T).items() if key == "xyz_mm" or "fixed" in loop}
 
 
 def _frame(fields: Fields, key: str, joint_count: int) -> str:

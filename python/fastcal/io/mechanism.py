@@ -10,9 +10,11 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.fields import LARGEST
+from fastcal.robot import se3
 
 Spec = dict[str, Any]
 EVERY = ("x", "y", "z", "rx", "ry", "rz")
@@ -34,6 +36,12 @@ class JointOf:
     low: float = -np.inf
     high: float = np.inf
     start: float = 0.0
+
+    def motion(self, position: float) -> FloatArray:
+        """T of a turn [rad] or slide [m] along its axis; a joint that does neither stands still."""
+        if self.kind == "revolute":
+            return se3.pose(_core.exp_so3(position * self.axis))
+        return se3.pose(position=position * self.axis) if self.kind == "prismatic" else np.eye(4)
 
 
 @dataclass(eq=False)

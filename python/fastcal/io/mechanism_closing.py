@@ -46,12 +46,7 @@ class _Equations:
         for joint in self.tree:
             T = poses[joint.parent] @ joint.T_parent_joint
             mounts[id(joint)] = T
-            motion = np.eye(4)
-            if joint.kind == "revolute":
-                motion[:3, :3] = _core.exp_so3(position[id(joint)] * joint.axis)
-            elif joint.kind == "prismatic":
-                motion[:3, 3] = position[id(joint)] * joint.axis
-            poses[joint.child] = T @ motion @ joint.T_joint_child
+            poses[joint.child] = T @ joint.motion(position.get(id(joint), 0.0)) @ joint.T_joint_child
         values, slopes = [], []
         for pins in self.of.pins:
             S, E = (poses[link] @ T for link, T in zip(pins.links, pins.T_link_pin, strict=True))
@@ -104,12 +99,8 @@ def close(of: Mechanism, motors: Collection[str]) -> None:
     for joint, value in zip(joints, q.tolist(), strict=True):
         joint.start = float(value)
     for joint in loose:
-        motion = np.eye(4)
-        if joint.kind == "revolute":
-            motion[:3, :3] = _core.exp_so3(joint.start * joint.axis)
-        else:
-            motion[:3, 3] = joint.start * joint.axis
-        joint.kind, joint.T_parent_joint = "fixed", joint.T_parent_joint @ motion
+        joint.T_parent_joint = joint.T_parent_joint @ joint.motion(joint.start)
+        joint.kind = "fixed"
     if loose:
         of.notes.append(f"no loop places joints {', '.join(j.name for j in loose)}; they are held where they stand")
 

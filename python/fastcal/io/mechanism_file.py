@@ -8,9 +8,6 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-import numpy as np
-
-from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
 from fastcal.io.fields import Fields
 from fastcal.io.loop_lists import add_closing_frames, add_lists, closing_frame, onshape_motors, urdf_of
@@ -21,12 +18,11 @@ from fastcal.io.mjcf_file import read_mjcf
 from fastcal.io.sdf_file import read_sdf
 from fastcal.io.urdf_mechanism import LOOP_ELEMENTS, read_urdf_mechanism
 from fastcal.io.xml_text import read_xml
-from fastcal.robot import se3
+from fastcal.robot.core_model import pose
 from fastcal.units import to_si
 
 Spec = dict[str, Any]
 ENDINGS = (".sdf", ".mjcf", ".xml")
-_ZERO = [0.0, 0.0, 0.0]
 
 
 def read_mechanism(path: Path, base_link: str = "", tip_link: str = "") -> Spec:
@@ -201,7 +197,7 @@ def _add_loop(of: Mechanism, fields: Fields, usual: str) -> None:
         fields.done()
         return
     ends = [of.frame(fields.text(key)) for key in ("from", "to")]
-    places = [T @ _pin(fields, end) for end, (_, T) in zip(("from", "to"), ends, strict=True)]
+    places = [T @ pose(fields.frame(f"{end}_")) for end, (_, T) in zip(("from", "to"), ends, strict=True)]
     links = (ends[0][0], ends[1][0])
     if fields.has_quantity("length", "mm"):
         of.pins.append(Pins(name, links, (places[0], places[1]), length_mm=fields.quantity("length", "mm")))
@@ -211,9 +207,3 @@ def _add_loop(of: Mechanism, fields: Fields, usual: str) -> None:
             fields.fail("fixed", f"a list of {', '.join(EVERY)}", fixed)
         of.pins.append(Pins(name, links, (places[0], places[1]), tuple(fixed)))
     fields.done()
-
-
-def _pin(fields: Fields, end: str) -> FloatArray:
-    xyz = fields.quantities(f"{end}_xyz", "mm", 3, _ZERO)
-    rpy = fields.quantities(f"{end}_rpy", "deg", 3, _ZERO)
-    return se3.pose(se3.rpy_to_rotation(to_si(np.array(rpy), "deg")), to_si(np.array(xyz), "mm"))

@@ -140,8 +140,7 @@ def _cut(of: Mechanism, joint: JointOf, driven: set[str]) -> Pins:
         of.fail(
             f"joint '{joint.name}' closes a loop and {what}, which is not understood; cut the loop at another joint"
         )
-    turn = np.eye(4)
-    turn[:3, :3] = _core.rotation_to_axis(joint.axis.tolist())
+    turn = se3.pose(_core.rotation_to_axis(joint.axis.tolist()))
     ends = (joint.T_parent_joint @ turn, np.linalg.inv(joint.T_joint_child) @ turn)
     return Pins(plain_name(joint.name), (joint.parent, joint.child), ends, tuple(HELD[joint.kind]))
 

@@ -80,9 +80,7 @@ class Writing:
         alone = [k for k, mount in enumerate(self.mounts) if mount[0] == carrier]
         if len(alone) == 1:
             _, mount, axis = self.mounts[alone[0]]
-            turn = np.eye(4)
-            turn[:3, :3] = _core.rotation_to_axis(axis.tolist())
-            place = np.linalg.inv(mount @ turn) @ place
+            place = np.linalg.inv(mount @ se3.pose(_core.rotation_to_axis(axis.tolist()))) @ place
         elif carrier == len(self.entries):
             place = np.linalg.inv(self.flange) @ place
         return _link(carrier), place

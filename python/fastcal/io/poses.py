@@ -11,6 +11,8 @@ import numpy as np
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.errors import ParseError
+from fastcal.measurements.rotations import nearest_rotation
+from fastcal.robot import se3
 
 
 def posed(p: FloatArray, wxyz: FloatArray, path: Path, row: int) -> FloatArray:
@@ -22,9 +24,7 @@ def posed(p: FloatArray, wxyz: FloatArray, path: Path, row: int) -> FloatArray:
     length = float(np.linalg.norm(wxyz))
     if not abs(length - 1) < 1e-2:
         raise ParseError(f"pose {row}: expected a quaternion of length 1, got {length:.4g}", path)
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = _core.quaternion_to_rotation(wxyz / length), p
-    return T
+    return se3.pose(_core.quaternion_to_rotation(wxyz / length), p)
 
 
 def checked(T: FloatArray, path: Path, row: int) -> FloatArray:
@@ -36,7 +36,6 @@ def checked(T: FloatArray, path: Path, row: int) -> FloatArray:
     R = T[:3, :3]
     if not (np.abs(R @ R.T - np.eye(3)).max() < 1e-3 and np.linalg.det(R) > 0 and np.allclose(T[3], (0, 0, 0, 1))):
         raise ParseError(f"pose {row}: is no pose; expected a rotation and a last row 0 0 0 1", path)
-    u, _, vt = np.linalg.svd(R)
     out = T.copy()
-    out[:3, :3] = u @ vt
+    out[:3, :3] = nearest_rotation(R)
     return out

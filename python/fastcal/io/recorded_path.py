@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from fastcal.acceptance.path_figures import PathRun
 from fastcal.acceptance.path_plan import PathPlan
-from fastcal.calibration.prediction import quaternions, rotations
 from fastcal.io.atomic import atomic_paths
 from fastcal.io.columns import match_columns, would_do
 from fastcal.io.measurements import Columns
 from fastcal.io.programs import program_files, write_documents
 from fastcal.io.table import Table
 from fastcal.io.tables import csv_text, read_table
+from fastcal.measurements.rotations import quaternions, rotations
 from fastcal.units import from_si
 
 

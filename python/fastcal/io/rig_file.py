@@ -14,7 +14,7 @@ from fastcal.io.fields import Fields
 from fastcal.io.regular_file import is_there
 from fastcal.io.rig_schema import check_arm_rig
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.robot_spec import frame_spec
 
 Spec = dict[str, Any]
 
@@ -50,12 +50,7 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     on = fields.text("on", "world")
     if on != "world":
         fields.fail("on", "world, where the only arm stands", on)
-    T = pose(
-        {
-            "xyz_mm": fields.quantities("xyz", "mm", 3, [0.0] * 3),
-            "rpy_deg": fields.quantities("rpy", "deg", 3, [0.0] * 3),
-        }
-    )
+    T = pose(fields.frame())
     fields.done()
     beside = path.parent / source
     if source == POSE:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fastcal.io.fields import Fields
 from fastcal.io.hand_eye_read import read_hand_eye
 from fastcal.io.lens_file import read_lens, read_target
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.robot_spec import frame_spec
 
 Spec = dict[str, Any]
 
@@ -24,7 +24,6 @@ ARM = "arm"  # the only arm of a robot file
 BOARDS = ("checkerboard", "charuco", "april_grid", "circles", "points")
 LENSES = {"pinhole": 8, "fisheye": 4}  # most coefficients
 _COEFFICIENTS = {"pinhole": 5, "fisheye": 4}  # of a lens that is to be found
-_ZERO = [0.0, 0.0, 0.0]
 _LEAST_SIZE = 16  # pixels a side, of a picture that is one
 _MOST_ROWS = 10**9
 _LATEST = 10.0  # [s] that a picture is later than its joints
@@ -84,12 +83,9 @@ def _placement(fields: Fields, frame: Callable[[Fields, str], str]) -> Spec:
     """What it stands on, where it is there, and how well that is known."""
     out: Spec = {
         "on": frame(fields, fields.text("on")),
-        "xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO),
-        "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO),
+        **fields.frame(),
     }
-    fixed = fields.take("fixed", False)
-    if not isinstance(fixed, bool):
-        fields.fail("fixed", "true or false", fixed)
+    fixed = fields.truth("fixed", False)
     if fixed:
         out["fixed"] = True
     for name, unit in (("sigma", "mm"), ("sigma", "deg")):
@@ -251,9 +247,7 @@ def _width(points: NDArray[np.float64]) -> float:
 
 def check_unknowns(fields: Fields, known: Sequence[str]) -> Spec:
     """What a calibrated model keeps of its cameras and boards: names, and their rows of the root behind `known`."""
-    names, rows = fields.take("parameters"), fields.take("covariance_root")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        fields.fail("parameters", "a list of names", names)
+    names, rows = fields.names("parameters"), fields.take("covariance_root")
     if not isinstance(rows, list) or len(rows) != len(names):
         fields.fail("covariance_root", f"a list of {len(names)} rows", rows)
     checked = [fields.checked_vector(f"covariance_root[{i}]", row, len(known) + i + 1) for i, row in enumerate(rows)]

@@ -144,7 +144,7 @@ def _correction(value: Any, path: str | os.PathLike[str]) -> Correction | Spec:
 
 def _frame(top: Fields, key: str, required: bool = False) -> Spec:
     fields = top.inner(key) if required else top.inner(key, {})
-    frame = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
+    frame = fields.frame()
     fields.done()
     return frame
 

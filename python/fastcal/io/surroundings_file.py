@@ -36,9 +36,7 @@ def load_surroundings(path: str | os.PathLike[str]) -> Surroundings:
     radius = top.quantity("link_radius", "mm", 0.0)
     if radius < 0:
         top.fail("link_radius_mm", "a length of at least 0", radius)
-    mounting = top.take("mounting", True)
-    if not isinstance(mounting, bool):
-        top.fail("mounting", "true or false", mounting)
+    mounting = top.truth("mounting", True)
     top.done()
     return Surroundings(
         keep_out=keep_out,

@@ -9,7 +9,6 @@ import os
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.calibration.prediction import rotations
 from fastcal.io.columns import match_columns, would_do
 from fastcal.io.measurements import Columns, quaternions_of_rpy, unknown_columns
 from fastcal.io.table import Table
@@ -17,6 +16,7 @@ from fastcal.io.tables import read_table, write_csv
 from fastcal.measurements.checks import QUATERNION_TOLERANCE, SCALE_LIMIT, BadRow
 from fastcal.measurements.conditions import condition_columns
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import rotations
 from fastcal.measurements.targets import Targets
 from fastcal.robot.pendant import controller_columns, joint_columns
 from fastcal.robot.robot import Robot

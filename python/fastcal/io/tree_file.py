@@ -30,7 +30,6 @@ from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
-_ZERO = [0.0, 0.0, 0.0]
 
 
 def is_cell(source: str | os.PathLike[str]) -> bool:
@@ -225,10 +224,8 @@ def _members(top: Fields, key: str) -> list[tuple[str, Fields]]:
 def _place(fields: Fields) -> tuple[str, Spec, Known]:
     """What a member stands on, where, and how surely that is known."""
     on = fields.text("on", "world")
-    place = {"xyz_mm": fields.quantities("xyz", "mm", 3, _ZERO), "rpy_deg": fields.quantities("rpy", "deg", 3, _ZERO)}
-    fixed = fields.take("fixed", False)
-    if not isinstance(fixed, bool):
-        fields.fail("fixed", "true or false", fixed)
+    place = fields.frame()
+    fixed = fields.truth("fixed", False)
     sigma = {}
     for unit in ("mm", "deg"):
         if fields.has(f"sigma_{unit}"):

@@ -11,12 +11,12 @@ from xml.parsers import expat
 
 import numpy as np
 
-from fastcal import units
 from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.io.robot_schema import Spec
 from fastcal.io.urdf_chain import read_chain
-from fastcal.robot.se3 import inverse, pose, rotation_to_rpy, rpy_to_rotation
+from fastcal.robot.core_model import pose
+from fastcal.robot.se3 import inverse, rotation_to_rpy
 
 SAME = 1e-13  # [m], and on the entries of a rotation: what conversion between units may leave
 
@@ -63,10 +63,10 @@ def in_place(spec: Spec) -> str:
     for mine, theirs in zip(spec["joints"], chain["joints"], strict=True):
         if np.abs(np.asarray(mine["axis"]) - theirs["axis"]).max() > SAME:
             raise InvalidInput(f"joint '{mine['name']}': its axis is no longer that of the URDF that it was read from")
-        origin = _pose(mine["origin"])
+        origin = pose(mine["origin"])
         if not _same(origin, theirs["origin"]):
             moved[mine["name"]] = inverse(theirs["mount"]) @ origin
-    if not _same(_pose(spec["flange"]), chain["flange"]):
+    if not _same(pose(spec["flange"]), chain["flange"]):
         raise InvalidInput("the flange of the robot is no longer that of the URDF that it was read from")
     return with_origins(source["xml"], moved)
 
@@ -144,12 +144,6 @@ def _indent(content: bytes, after: int) -> bytes:
     """The line end and blanks between a start tag and its first child."""
     found = re.compile(rb"\r?\n[ \t]*(?=<)").match(content, after)
     return found.group() if found else b""
-
-
-def _pose(frame: Spec) -> FloatArray:
-    return pose(
-        rpy_to_rotation(units.to_si(np.array(frame["rpy_deg"]), "deg")), units.to_si(np.array(frame["xyz_mm"]), "mm")
-    )
 
 
 def _same(a: FloatArray, b: FloatArray) -> bool:

@@ -26,6 +26,7 @@ from fastcal.robot.given import RobotLike, as_robot
 from fastcal.said import said
 
 EARLY = 6  # rows that are right, so that the next can be judged
+_FORESEEN = 10  # times the rows that are there: of more that are missing no number is told
 _BLAMED_UP_TO = 25  # rows; of more, one that was wrong no longer turns the others
 
 
@@ -167,11 +168,15 @@ class LiveSession:
 
     @property
     def rows_to_go(self) -> int | None:
-        """About how many rows are missing, as the variance falls with one over their number; None: not known."""
+        """About how many rows are missing, as the variance falls with one over their number.
+
+        None where that is not known: of a few rows, whose variance falls faster, it would be far too many.
+        """
         if self.goal is None or self.deviation is None or self.belief is None:
             return None
         count = len(self.kept)
-        return max(0, int(np.ceil(count * ((self.deviation / self.goal) ** 2 - 1))))
+        missing = max(0, int(np.ceil(count * ((self.deviation / self.goal) ** 2 - 1))))
+        return None if missing > _FORESEEN * count else missing
 
     def next_pose(self) -> NextPose | None:
         """What to measure next: what lowers the predicted variance most; None where all that was planned is done."""

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.arrays import FloatArray
+from fastcal.measurements.rotations import nearest_rotation
 
 Poses = Callable[[FloatArray], FloatArray]
 
@@ -119,8 +120,7 @@ def fitted(poses: Poses, q: FloatArray, position: FloatArray, free: Sequence[int
     """The base and the tool that fit best, robustly, from no initial guess, and zeros of the joints `free`."""
     T = poses(q)
     G, _, tool = _robust_linear(T, position)
-    u, _, vt = np.linalg.svd(G.T)
-    A = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    A = nearest_rotation(G.T)
     h = T[:, :3, 3] + T[:, :3, :3] @ tool
     b = np.median(position - h @ A.T, axis=0)
     zero = np.zeros(q.shape[1])

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fastcal.arrays import FloatArray, IntArray
 from fastcal.measurements.frame_fit import Frames
+from fastcal.measurements.rotations import best_motion
 
 _RUN = 6  # rows that show a part: three place it
 _FEWEST = 4  # rows of a part between two moves
@@ -107,13 +108,11 @@ def _part(
 def _elsewhere(T: FloatArray, position: FloatArray, frames: Frames, rows: IntArray) -> list[FloatArray]:
     """(N,) distances of all points with the base, and with the tool, that the given rows fit best."""
     hand, own = T[:, :3, 3] + T[:, :3, :3] @ frames.tool, position[rows]
-    middle, there = hand[rows].mean(axis=0), own.mean(axis=0)
-    u, _, vt = np.linalg.svd((own - there).T @ (hand[rows] - middle))
-    A = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    motion = best_motion(hand[rows], own)
     seen = (position - frames.b) @ frames.A - T[:, :3, 3]  # from the flange, in the arm's base
     tool = np.einsum("nji,nj->ni", T[rows, :3, :3], seen[rows]).mean(axis=0)
     return [
-        np.linalg.norm((hand - middle) @ A.T + there - position, axis=1),
+        np.linalg.norm(hand @ motion[:3, :3].T + motion[:3, 3] - position, axis=1),
         np.linalg.norm(T[:, :3, :3] @ tool - seen, axis=1),
     ]
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.measurements.joint_maps import unit_slips
+from fastcal.measurements.rotations import nearest_rotation, rotations
 
 SEQUENCES = tuple("".join(s) for s in product("XYZ", repeat=3) if s[0] != s[1] != s[2])
 AS_READ = "as read"  # Rz(rz) Ry(ry) Rx(rx): turns about the fixed axes X, Y, Z
@@ -81,12 +82,12 @@ def placed(R: FloatArray, measured: FloatArray, base: FloatArray | None = None) 
     if A is None:
         i, j = np.triu_indices(len(R), k=1)
         theirs, mine = (_skew(rotations[i] @ inverse(rotations[j])) for rotations in (measured, R))
-        A = _nearest_rotation(theirs.T @ mine)
+        A = nearest_rotation(theirs.T @ mine)
     weight = np.ones(len(R))
     for _ in range(_ROUNDS):
-        B = _nearest_rotation(np.einsum("n,nji,njk->ik", weight, A @ R, measured))
+        B = nearest_rotation(np.einsum("n,nji,njk->ik", weight, A @ R, measured))
         if base is None:
-            A = _nearest_rotation(np.einsum("n,nij,nkj->ik", weight, measured, R @ B))
+            A = nearest_rotation(np.einsum("n,nij,nkj->ik", weight, measured, R @ B))
         angles = _off(R, measured, A, B)
         weight = 1.0 / (1.0 + (angles / (2.0 * np.median(angles) + 1e-12)) ** 2)
     return A, B
@@ -109,13 +110,7 @@ def inverse(R: FloatArray) -> FloatArray:
 
 def of_quaternion(quaternion: FloatArray) -> FloatArray:
     """R of quaternions w, x, y, z (N, 4) of any length."""
-    w, x, y, z = (quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), 2, 0)
+    return rotations(quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True))
 
 
 def of_rotation_vector(vector: FloatArray) -> FloatArray:
@@ -136,9 +131,3 @@ def of_angles(sequence: str, angles: FloatArray) -> FloatArray:
 def _skew(R: FloatArray) -> FloatArray:
     """Axis times sine of the angle (N, 3)."""
     return 0.5 * np.column_stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]])
-
-
-def _nearest_rotation(matrix: FloatArray) -> FloatArray:
-    """The rotation R of greatest trace(R' matrix)."""
-    u, _, vt = np.linalg.svd(matrix)
-    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)

@@ -20,7 +20,7 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.error_statistics import ErrorStatistics
 from fastcal.calibration.parallel import one_blas_thread
 from fastcal.display import late
-from fastcal.display.shown import Shown
+from fastcal.display.shown import PlottedArm, Shown
 from fastcal.errors import InvalidInput
 from fastcal.monitoring.common_gauge import (
     bare,
@@ -42,7 +42,7 @@ OTHER_ARM = 0.05  # of the reach: RMS distance between models of different arms
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Shown):
+class Comparison(PlottedArm, Shown):
     """What `compare` found.
 
     Attributes:

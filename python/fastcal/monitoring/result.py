@@ -14,7 +14,7 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.error_statistics import ErrorStatistics
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.display import late
-from fastcal.display.shown import Shown
+from fastcal.display.shown import PlottedArm, Shown
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, Kind, KindNoise
 from fastcal.monitoring.setups import SetUp
@@ -129,7 +129,7 @@ class KindFit:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CheckResult(Shown):
+class CheckResult(PlottedArm, Shown):
     """What `check` found.
 
     Attributes:

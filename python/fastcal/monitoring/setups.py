@@ -23,10 +23,10 @@ from fastcal.effects.entries import traits_of
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import Kind
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.measurements.rotations import best_motion
 from fastcal.robot.robot import Robot
-from fastcal.robot.se3 import inverse, rotation_to_rpy
-from fastcal.units import from_si
+from fastcal.robot.robot_spec import frame_spec
+from fastcal.robot.se3 import inverse
 
 FEWEST_POINTS = 3
 _FLAT = 1e-3  # width of the points across their longest extent, as a share of it: below, they lie on a line
@@ -59,10 +59,7 @@ class SetUp:
 
     def to_json_dict(self) -> dict[str, list[float]]:
         """{xyz_mm, rpy_deg} of the motion."""
-        return {
-            "xyz_mm": [from_si(float(v), "mm") for v in self.motion[:3, 3]],
-            "rpy_deg": [from_si(float(v), "deg") for v in rotation_to_rpy(self.motion[:3, :3])],
-        }
+        return frame_spec(self.motion)
 
 
 def bare_arm(model: Robot, data: Dataset) -> tuple[Robot, list[str]]:
@@ -158,11 +155,7 @@ def rigid(p: FloatArray, x: FloatArray, where: str) -> FloatArray:
     width = np.linalg.svd(p - p.mean(axis=0), compute_uv=False)
     if not width[1] > _FLAT * width[0]:
         raise Undetermined(f"{where}: the points lie on a line and fix no base; measure poses around it")
-    U, _, Vt = np.linalg.svd((x - x.mean(axis=0)).T @ (p - p.mean(axis=0)))
-    motion = np.eye(4)
-    motion[:3, :3] = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
-    motion[:3, 3] = x.mean(axis=0) - motion[:3, :3] @ p.mean(axis=0)
-    return motion
+    return best_motion(p, x)
 
 
 def kind_errors(places: list[SetUp]) -> dict[str, KindErrors]:

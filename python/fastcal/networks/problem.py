@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.evaluation import ALIGNED_BETTER, realigned
-from fastcal.calibration.prediction import rotations
 from fastcal.correction import Inputs
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import nearest_rotation, rotations
 from fastcal.measurements.splits import deal
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import turns_from
@@ -187,8 +187,7 @@ def _refuse_other_tools(data: Dataset, T: FloatArray) -> None:
     if data.rotation is None or not (seen := np.isfinite(data.rotation).all(axis=1)).any():
         return
     predicted, measured = T[seen, :3, :3], rotations(data.rotation[seen])
-    U, _, Vt = np.linalg.svd(np.einsum("nji,njk->ik", predicted, measured))
-    turned = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    turned = nearest_rotation(np.einsum("nji,njk->ik", predicted, measured))
     before, after = turns_from(predicted, measured), turns_from(predicted @ turned, measured)
     if np.sum(before**2) > ALIGNED_BETTER**2 * np.sum(after**2):
         by = from_si(float(np.linalg.norm(turns_from(np.eye(3)[np.newaxis], turned[np.newaxis]))), "deg")

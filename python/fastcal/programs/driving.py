@@ -17,7 +17,7 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
-from fastcal.programs.measuring import LANGUAGES, check_axes, degrees, document, looped, named
+from fastcal.programs.measuring import LANGUAGES, check_axes, degrees, document, fanuc_program, looped, named
 from fastcal.programs.program import Document
 from fastcal.units import from_si, to_si
 
@@ -112,15 +112,7 @@ def _fanuc(path: PurePath, names: Sequence[str], drive: Drive) -> tuple[Document
     wait = f"WAIT {drive.dwell_s:7.2f}(sec)"
     steps += [wait, *(f"L P[{at}] {_mm(drive.speed)}mm/sec FINE" for at in range(2, len(names) + 1)), wait]
     steps += ["R[1:cycle]=R[1:cycle]+1", f"IF R[1:cycle]<{drive.cycles},JMP LBL[1]"]
-    lines = [f"/PROG  {path.stem.upper()}", "/ATTR", "DEFAULT_GROUP = 1,*,*,*,*;", "/MN"]
-    moves = ("J ", "L ")
-    lines += [f"{at:4}:{'' if step.startswith(moves) else '  '}{step} ;" for at, step in enumerate(steps, start=1)]
-    lines.append("/POS")
-    for at, (name, q) in enumerate(zip(names, drive.q, strict=True), start=1):
-        joints = [f"J{axis}= {value:>9} deg" for axis, value in enumerate(degrees(q, _DIGITS["fanuc"]), start=1)]
-        lines += [f'P[{at}:"{name}"]{{', "   GP1:", "\tUF : 0, UT : 1,"]
-        lines += [f"\t{', '.join(joints[:3])},", f"\t{', '.join(joints[3:])}", "};"]
-    return (document(path, [*lines, "/END"]),)
+    return fanuc_program(path, steps, names, drive.q)
 
 
 def _urscript(path: PurePath, names: Sequence[str], drive: Drive) -> tuple[Document, ...]:

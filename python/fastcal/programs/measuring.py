@@ -162,10 +162,18 @@ def _fanuc(path: PurePath, cycles: Cycles) -> tuple[Document, ...]:
             steps.append(f"J P[{stop.target + 1}] {100 * cycles.speed:g}% FINE")
             steps += [f"WAIT {cycles.dwell_s:7.2f}(sec)"] if stop.is_measured else []
         steps += ["R[1:cycle]=R[1:cycle]+1", f"IF R[1:cycle]<{count},JMP LBL[{label}]"] if count > 1 else []
+    return fanuc_program(path, steps, cycles.names, cycles.q)
+
+
+def fanuc_program(
+    path: PurePath, steps: Sequence[str], names: Sequence[str], targets: FloatArray
+) -> tuple[Document, ...]:
+    """The file of a FANUC program: its steps, numbered, and its targets (K, 6) [rad], to a thousandth of a degree."""
     lines = [f"/PROG  {path.stem.upper()}", "/ATTR", "DEFAULT_GROUP = 1,*,*,*,*;", "/MN"]
-    lines += [f"{at:4}:{'' if step.startswith('J ') else '  '}{step} ;" for at, step in enumerate(steps, start=1)]
+    for at, step in enumerate(steps, start=1):
+        lines.append(f"{at:4}:{'' if step.startswith(('J ', 'L ')) else '  '}{step} ;")
     lines.append("/POS")
-    for at, (name, q) in enumerate(zip(cycles.names, cycles.q, strict=True), start=1):
+    for at, (name, q) in enumerate(zip(names, targets, strict=True), start=1):
         joints = [f"J{axis}= {value:>9} deg" for axis, value in enumerate(degrees(q, 3), start=1)]
         lines += [f'P[{at}:"{name}"]{{', "   GP1:", "\tUF : 0, UT : 1,"]
         lines += [f"\t{', '.join(joints[:3])},", f"\t{', '.join(joints[3:])}", "};"]

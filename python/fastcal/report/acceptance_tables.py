@@ -27,6 +27,8 @@ def shown(each: Judged) -> tuple[str, str, str]:
     unit = UNITS[each.figure.unit]
     value, expanded = from_si(each.figure.value, unit), from_si(each.uncertainty.expanded, unit)
     uncertainty_text, value_text = with_uncertainty(expanded or None, value)
+    if not expanded:
+        value_text = significant(value)
     limit = "" if each.limit is None else f"{from_si(each.limit, unit):.6g}".replace(".", decimal_sign())
     return value_text, uncertainty_text, limit
 

@@ -15,10 +15,11 @@ from fastcal.calibration.acceptance_limit import SHARE
 from fastcal.measurements.kinds import POINTS
 from fastcal.measurements.observations import plurals
 from fastcal.report import calibration_tables, charts, figures, page, residual_figures, workspace
-from fastcal.report.arm import arm_of
-from fastcal.report.cell_scene import pictures_scene
+from fastcal.report.cell_scene import arm_and_rig, pictures_scene
 from fastcal.report.document import document_facts
+from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, count, percent, plural, significant
+from fastcal.report.gap import waterfall
 from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, decimal_sign, in_language, mid_sentence, retold
 from fastcal.report.next_step import step
@@ -76,7 +77,7 @@ def _page(
     base = np.asarray(result.model.description.base.xyz_mm, float)
     arrows = residual_figures.arrows(sets)
     outliers = result.train.places(result.outliers)
-    arm = arm_of(result.model, result.nominal, [(train, result.train), (test, result.test)])
+    arm = arm_and_rig(result.model, result.nominal, [(train, result.train), (test, result.test)])
     return page.render(
         "calibration.html",
         title=_("Calibration of {robot}", robot=result.model.name),
@@ -85,7 +86,8 @@ def _page(
         sources=_sources(result),
         who=who_measured(result.model.made_by),
         verdict=verdict(result, train, test, trends),
-        steps=[capitalised(step(result))],
+        steps=[capitalised(step(result, is_why_told=True))],
+        gap=gap_figures(result),
         tiles=_tiles(result, sets),
         accuracy_table=calibration_tables.accuracy_table(sets, len(outliers)) if sets else None,
         accuracy_figures=accuracy_figures(sets) if sets else [],
@@ -125,6 +127,25 @@ def _page(
         pictures=picture_part(result.model, result.train, files),
         document=document_facts(result.model.made_by),
     )
+
+
+def gap_figures(result: CalibrationResult) -> list[Figure]:
+    """The error with base and tool alone, what was identified takes of it, what remains, and the noise.
+
+    Of test poses where there are any. None where nothing was identified, or the noise is not known.
+    """
+    judged = result.test or result.train
+    of = judged.main
+    if of is None or result.status != "converged" or of.kind.name not in result.noise:
+        return []
+    before, after = of.statistics
+    if before is None or after is None:
+        return []
+    name = _("the geometry and effects") if result.model.entries else _("the geometry")
+    steps = [(first := _("base and tool alone"), of.kind.shown(before.rms)), (name, of.kind.shown(after.rms))]
+    floor = of.kind.shown(result.noise[of.kind.name].value) * of.width**0.5
+    on = _("test poses") if result.test else _("fitted poses")
+    return [waterfall(steps, floor, on, of.kind.unit, first=first)]
 
 
 def limit_sentence(limit: LimitJudged) -> str:

@@ -24,9 +24,9 @@ from fastcal.io.tree_file import cell_text
 from fastcal.place import place_of
 from fastcal.report import figures, page
 from fastcal.report.cell_scene import cell_scene
-from fastcal.report.diagnosis_figures import waterfall
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
+from fastcal.report.gap import waterfall
 from fastcal.report.kind_words import kind_title, noise_text
 from fastcal.report.language import _, in_language
 from fastcal.report.parameter_sizes import moved_in_cell, sizes_figure
@@ -78,7 +78,7 @@ def _calibration_page(found: CellResult) -> str:
         *(_arm_section(name, own) for name, own in _by_arm(found)),
     ]
     if held := [spaced(of.direction) for of in found.unidentifiable]:
-        lead = _("{count} directions, held at the values in the file", count=len(held))
+        lead = _("{directions}, held at the values in the file", directions=plural(len(held), "direction"))
         sections.append(Section("held", _("What no reading determines"), lead, notes=held, folded=True))
     if found.outliers:
         rows = ", ".join(map(str, found.outliers))

@@ -26,11 +26,11 @@ from fastcal.cells.errors import view_errors
 from fastcal.cells.readings import Readings
 from fastcal.measurements.dataset import Dataset
 from fastcal.report import standing
-from fastcal.report.arm import LINK, Arm, Run, contributions, frame_points, line_through, posed, with_joint_of
+from fastcal.report.arm import LINK, Arm, Run, arm_of, contributions, frame_points, line_through, posed, with_joint_of
 from fastcal.report.figures import Figure, Key, spread_rows
 from fastcal.report.formatting import count
 from fastcal.report.language import _
-from fastcal.report.view import Variable
+from fastcal.report.view import Rows, Variable
 from fastcal.report.workspace import ARROW_LIMIT, scene
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import board_corners, frame_of, pictures
@@ -101,6 +101,19 @@ def cell_scene(cell: Cell, readings: Readings, before: Cell | None = None) -> Fi
     told = _("The instrument, far off at the origin, is not drawn.") if far else ""
     found = _drawn(arm, arrows, len(rows), is_now=before is None, told=told)
     return replace(found, key=key if len(key) > 1 else [])
+
+
+def arm_and_rig(robot: Robot, before: Robot, sets: Sequence[tuple[Rows | None, Evaluation | None]]) -> Arm | None:
+    """The arm as `arm_of` has it, with its cameras and boards where it has any."""
+    arm = arm_of(robot, before, sets)
+    q = [of.data.q[rows.with_arrows] for rows, of in sets if rows is not None and of is not None]
+    return None if arm is None else with_own_rig(arm, robot, np.vstack(q))
+
+
+def with_own_rig(arm: Arm, robot: Robot, q: FloatArray) -> Arm:
+    """An arm's figure with its cameras and boards, where they are at q (R, n) without a load."""
+    rig = robot.description.cameras, robot.description.boards
+    return standing.with_rig(arm, robot_poses(robot, Dataset.from_arrays(q)), *rig) if any(rig) else arm
 
 
 def pictures_scene(robot: Robot, before: Robot | None, part: Evaluation) -> Figure | None:

@@ -13,7 +13,9 @@ from fastcal.monitoring.result import FEWEST_DEGREES, CheckResult
 from fastcal.report import monitoring_figures as drawings
 from fastcal.report import page, workspace
 from fastcal.report.arm import checked_arm
+from fastcal.report.cell_scene import with_own_rig
 from fastcal.report.document import document_facts
+from fastcal.report.figures import Figure
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
 from fastcal.report.kind_words import noise_text, noise_title
 from fastcal.report.language import _, in_language
@@ -90,15 +92,20 @@ def check_page(found: CheckResult, language: str = "en") -> str:
         )
 
 
-def _workspace(found: CheckResult) -> list[Section]:
-    """The arm and the errors in its workspace, where whole points were measured."""
+def errors_in_space(found: CheckResult) -> Figure | None:
+    """The arm and the errors in its workspace; None where no whole point was measured."""
     seen = checked_arm(found)
     if seen is None:
-        return []
+        return None
     positions, errors, arm = seen
+    arm = with_own_rig(arm, found.model, found.data.q[[row for _set, row in arm.rows]])
     base = np.asarray(found.model.description.base.xyz_mm, float)
-    drawn = workspace.scene(positions, errors, None, base, _("the measuring frame"), arm)
-    return [Section("workspace", _("Where in the workspace"), drawings=[drawn])]
+    return workspace.scene(positions, errors, None, base, _("the measuring frame"), arm)
+
+
+def _workspace(found: CheckResult) -> list[Section]:
+    drawn = errors_in_space(found)
+    return [] if drawn is None else [Section("workspace", _("Where in the workspace"), drawings=[drawn])]
 
 
 def _check_tiles(found: CheckResult) -> list[tuple[str, str, str]]:

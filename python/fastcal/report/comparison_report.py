@@ -16,7 +16,7 @@ from fastcal.report.arm import compared_arm
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import fixed, significant, with_uncertainty
 from fastcal.report.language import _, in_language
-from fastcal.report.parameter_sizes import differences_at_tool, sizes_figure
+from fastcal.report.parameter_sizes import Moved, differences_at_tool, sizes_figure
 from fastcal.report.sections import Section, bare, p_text, present
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
@@ -34,14 +34,7 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
         headline = _headline(found)
         moved = differences_at_tool(found)
         sized = sizes_figure(moved, compared=True)
-        positions, apart, arm = compared_arm(found, moved)
-        told = _(
-            "Each arrow points from the point of A towards that of B, in the base frame, magnified as stated in the "
-            "heading."
-        )
-        drawn = workspace.scene(
-            positions, apart, None, np.zeros(3), _("the base"), arm, told=told, title=_("Differences in the workspace")
-        )
+        drawn = differences_in_space(found, moved)
         shares = [(_("distance"), from_si(found.distance, "mm"), figures.AFTER, "solid")]
         return page.render(
             "monitoring.html",
@@ -106,6 +99,17 @@ def _headline(found: Comparison) -> str:
         all=every,
         size=size,
     )
+
+
+def differences_in_space(found: Comparison, moved: Sequence[Moved]) -> Figure:
+    """The arm and how far B's tool is from A's; `moved`: `differences_at_tool`, by which its joints are coloured."""
+    positions, apart, arm = compared_arm(found, moved)
+    told = _(
+        "Each arrow points from the point of A towards that of B, in the base frame, magnified as stated in the "
+        "heading."
+    )
+    title = _("Differences in the workspace")
+    return workspace.scene(positions, apart, None, np.zeros(3), _("the base"), arm, told=told, title=title)
 
 
 def _largest(different: Sequence[Difference]) -> list[Difference]:

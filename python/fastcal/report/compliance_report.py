@@ -11,15 +11,17 @@ import numpy as np
 from fastcal.calibration.compliance import curve
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
-from fastcal.report.formatting import plural, significant
+from fastcal.report.formatting import MISSING, plural, significant, with_uncertainty
 from fastcal.report.language import _, in_language
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell
+from fastcal.report.words import Verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
     from fastcal.calibration.compliance import Compliance, JointCurve
 
 _NANO = 1e9
+_MOST_TILES = 4
 
 
 def compliance_page(found: Compliance, robot_name: str, language: str = "en") -> str:
@@ -33,7 +35,8 @@ def compliance_page(found: Compliance, robot_name: str, language: str = "en") ->
             simulated=False,
             postures=plural(found.pairs.posture_count, _("posture"), _("postures")),
             rows=plural(found.pairs.row_count, _("row"), _("rows")),
-            sentence=_sentence(bent, found.level),
+            verdict=Verdict("good", _("Bends") if bent else _("Straight"), _sentence(bent, found.level)),
+            tiles=_tiles(found),
             noise=f"{significant(found.pairs.sigma_mm, 2)} mm",
             table=_table(found),
             drawings=[_figure(found, own) for own in found.curves],
@@ -48,6 +51,23 @@ def _sentence(bent: list[str], level: float) -> str:
         )
     joints = ", ".join(map(in_words, bent))
     return _("A corner, certain at p < {level:g}: {joints}.", level=level, joints=joints)
+
+
+def _tiles(found: Compliance) -> list[tuple[str, str, str]]:
+    """The first joints, each by how much it gives, or where it bends."""
+    tiles = []
+    for own in found.curves[:_MOST_TILES]:
+        entries = {entry.name: entry for entry in found.pairs.parameters if entry.owner == own.owner}
+        name, unit = ("critical_nm", "N m") if own.bent else ("compliance_rad_nm", "nrad/(N m)")
+        factor = 1.0 if own.bent else _NANO
+        std, value = with_uncertainty(
+            None if entries[name].std is None else factor * entries[name].std, factor * entries[name].value
+        )
+        note = _("where it bends") if own.bent else _("compliance")
+        tiles.append(
+            (capitalised(in_words(own.owner)), f"{value} {unit}", note if std == MISSING else f"± {std}, {note}")
+        )
+    return tiles
 
 
 def _named(name: str) -> tuple[str, float]:

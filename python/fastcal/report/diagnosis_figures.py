@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The figures of a diagnosis: the gap and what each effect took of it, and which causes look alike."""
+"""The figures of a diagnosis: which causes were ruled out, how small they could be, and which look alike."""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Collection, Sequence
-from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,93 +16,20 @@ from fastcal.report import figures, shop
 from fastcal.report.diagnosis_tables import Smallest
 from fastcal.report.diagnosis_words import reason_in_brief, spoken
 from fastcal.report.figures import Figure, Key, Trace
-from fastcal.report.formatting import alike, fixed, percent, significant
+from fastcal.report.formatting import fixed, percent, significant
+from fastcal.report.gap import TAKEN
 from fastcal.report.language import _, decimal_sign
-from fastcal.report.tables import capitalised, unit_text
+from fastcal.report.tables import capitalised
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Diagnosis
 
 Array = NDArray[np.float64]
 
-TAKEN = "#009e73"
 _MOST_ALTERNATIVES = 8
 _MOST_LIMITS = 16
+_SHORT_NAME = 30  # letters that a narrow screen has room for beside an axis
 _BAND = [[0.0, "#ffffff"], [0.5, "#dbe7ee"], [0.8, "#8fb8cf"], [0.95, "#e09f3e"], [1.0, "#a11d1d"]]
-
-
-def waterfall(
-    steps: Sequence[tuple[str, float]], floor: float, on: str, kind_unit: str = "mm", first: str = ""
-) -> Figure:
-    """RMS error of the geometry alone, what each effect removes, what remains, and the noise alone.
-
-    Args:
-        steps: (name, RMS with it and all before it), geometry first.
-        floor: RMS that noise alone would make.
-        on: The poses, as in "test poses".
-        kind_unit: Of all these.
-        first: What the first step is, where that is not the geometry.
-    """
-    unit = unit_text(kind_unit)
-    names = [first or _("geometry alone")]
-    base, height, colours, texts = [0.0], [steps[0][1]], [figures.BEFORE], [f"{alike(steps[0][1], floor)} {unit}"]
-    for (_was, before), (name, after) in pairwise(steps):
-        names.append(_("with {name}", name=name))
-        base.append(min(before, after))
-        height.append(abs(before - after))
-        colours.append(TAKEN if after <= before else figures.ALERT)
-        sign = "\N{MINUS SIGN}" if after <= before else "+"
-        texts.append(f"{sign}{alike(abs(before - after), floor)} {unit}")
-    if len(steps) > 1:
-        names.append(_("what remains"))
-        base.append(0.0)
-        height.append(steps[-1][1])
-        colours.append(figures.AFTER)
-        texts.append(f"{alike(steps[-1][1], floor)} {unit}")
-    bars: Trace = {
-        "type": "bar", "orientation": "h", "x": height, "base": base, "y": list(range(len(names))), "width": 0.5,
-        "marker": {"color": colours}, "customdata": texts,
-        "hovertemplate": "%{customdata}<extra></extra>",
-    }  # fmt: skip
-    ends = [-0.8, len(names) - 0.5]
-    top = max(b + h for b, h in zip(base, height, strict=True))
-    drawn = figures.layout(
-        _("RMS error ({unit})", unit=unit),
-        "",
-        xaxis={"range": [0, 1.16 * max(top, floor)]},
-        yaxis={
-            "range": ends[::-1],
-            "showgrid": False,
-            "zeroline": False,
-            "showticklabels": False,
-            "ticks": "",
-        },
-        margin={"l": 10},
-    )
-    # Names stand above their bars and not beside them: so they have room on any screen.
-    texted = {"showarrow": False, "xanchor": "left", "font": {"color": figures.INK}}
-    texted |= {"bgcolor": "rgba(255,255,255,0.85)", "borderpad": 0}
-    drawn["annotations"] = [
-        texted | {"x": 0, "y": place - 0.3, "yanchor": "bottom", "text": capitalised(name)}
-        for place, name in enumerate(names)
-    ] + [
-        texted | {"x": b + h, "y": place, "yanchor": "middle", "text": text, "xshift": 3}
-        for place, (b, h, text) in enumerate(zip(base, height, texts, strict=True))
-    ]
-    traces = [bars, figures.line([floor, floor], ends, figures.INK, "dash")]
-    key = [Key(_("error"), figures.BEFORE, "solid")]
-    if len(steps) > 1:
-        key += [Key(_("removed by an effect"), TAKEN, "solid"), Key(_("what remains"), figures.AFTER, "solid")]
-    key.append(Key(_("noise alone"), figures.INK, "dash"))
-    alt = _(
-        "Error of the geometry alone on the {poses}, how much of it each added effect removes, what remains, and "
-        "the noise.",
-        poses=on,
-    )
-    title = _("RMS error on the {poses}", poses=on)
-    return Figure("gap", title, alt, traces, drawn, columns=6, height=90 + 54 * len(names), key=key,
-                  paper_height=56 + 32 * len(names),
-                  narrow={"xaxis.range": [0, 1.5 * max(top, floor)]})  # fmt: skip
 
 
 def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure | None:
@@ -212,8 +139,18 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
     )
     return Figure(
         "limits", _("The smallest sizes that would have been detected"), alt, traces, drawn, note, key=key,
-        height=80 + 22 * len(shown), paper_height=60 + 15 * len(shown), narrow={"xaxis.dtick": 2},
+        height=80 + 22 * len(shown), paper_height=60 + 15 * len(shown),
+        narrow={"xaxis.dtick": 2, **_on_two_lines(names)},
     )  # fmt: skip
+
+
+def _on_two_lines(names: Sequence[str]) -> dict[str, Any]:
+    """Of categories with long names on a narrow screen: each on lines of few letters, and room for these."""
+    if max(map(len, names)) <= _SHORT_NAME:
+        return {}
+    texts = ["<br>".join(textwrap.wrap(name, _SHORT_NAME)) for name in names]
+    ticks = {"tickmode": "array", "tickvals": list(names), "ticktext": texts, "tickfont.size": 10}
+    return {"height": 80 + 34 * len(names), **{f"yaxis.{key}": value for key, value in ticks.items()}}
 
 
 def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[int]) -> Figure:

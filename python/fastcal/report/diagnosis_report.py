@@ -33,8 +33,7 @@ from fastcal.report import (
     shop,
     workspace,
 )
-from fastcal.report.arm import arm_of
-from fastcal.report.cell_scene import pictures_scene
+from fastcal.report.cell_scene import arm_and_rig, pictures_scene
 from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
@@ -49,6 +48,7 @@ from fastcal.report.diagnosis_words import (
 from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent
+from fastcal.report.gap import waterfall
 from fastcal.report.kind_words import kind_title, noise_text, noise_title
 from fastcal.report.language import _, in_language
 from fastcal.report.sections import who_measured
@@ -137,7 +137,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
     sets = [rows for rows in (train, test) if rows is not None]
     arrows = residual_figures.arrows(sets)
     base = np.asarray(found.model.description.base.xyz_mm, float)
-    arm = arm_of(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
+    arm = arm_and_rig(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
     verdict, tone = VERDICTS[found.verdict]
     word = _(verdict)
     if found.misfits:
@@ -313,7 +313,7 @@ def gap_figure(found: Diagnosis) -> Figure:
     """The error of the geometry alone, what each effect takes of it, what remains, and the noise."""
     gap = found.judged_gap
     steps = list(zip([step_name(step.added) for step in found.gap], gap.sizes, strict=True))
-    return diagnosis_figures.waterfall(steps, gap.floor, _(_JUDGED[gap.on][1]), gap.unit)
+    return waterfall(steps, gap.floor, _(_JUDGED[gap.on][1]), gap.unit)
 
 
 def confusion_figure(found: Diagnosis) -> Figure | None:

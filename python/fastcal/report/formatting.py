@@ -96,6 +96,6 @@ def plural(number: int, noun: str, nouns: str | None = None) -> str:
     return f"{count(number)} {_(noun if number == 1 else nouns or noun + 's')}"
 
 
-def percent(share: float) -> str:
-    """A share of one in percent, whole above 10 %."""
-    return f"{fixed(100 * share, 0 if share >= 0.0995 else 1)}\N{NARROW NO-BREAK SPACE}%"
+def percent(share: float, gap: str = "\N{NARROW NO-BREAK SPACE}") -> str:
+    """A share of one in percent, whole above 10 %; `gap`: before the sign."""
+    return f"{fixed(100 * share, 0 if share >= 0.0995 else 1)}{gap}%"

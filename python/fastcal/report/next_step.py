@@ -12,7 +12,7 @@ import numpy as np
 
 from fastcal.measurements.kinds import KindMisfit
 from fastcal.measurements.observations import sigma_field
-from fastcal.report.formatting import significant
+from fastcal.report.formatting import percent, significant
 from fastcal.report.language import _, decimal_sign
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, rows_of
@@ -31,8 +31,8 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
     return _("next: {step}", step=step(result, arguments))
 
 
-def step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
-    """What to do after a calibration, as part of a sentence."""
+def step(result: CalibrationResult, arguments: Sequence[str] = (), *, is_why_told: bool = False) -> str:
+    """What to do after a calibration, as part of a sentence; `is_why_told`: the verdict says already what remains."""
     if result.status != "converged" and result.doubts:
         return _("resolve the warnings first; if that does not help, measure more poses, or more varied ones")
     if result.status != "converged":
@@ -59,7 +59,8 @@ def step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
         if result.test is None:
             return _("what remains looks like noise; check the model on other poses (--test, or fastcal evaluate)")
         return _("what remains looks like noise; the model is ready for fastcal compensate")
-    return _("{why}; find the cause with: {command}", why=more, command=command)
+    is_why_told = is_why_told and bool(result.caveats or _flagged(rows.trends))
+    return _find("" if is_why_told else more, command)
 
 
 def look_at(misfit: KindMisfit) -> str:
@@ -78,9 +79,9 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
     exceed a noise that is known without the model: from repeated poses, else from the data's sigma column.
     """
     titles = {variable.name: variable.title for variable in rows.variables}
-    flagged = sorted((n for n, t in trends.items() if t.is_flagged(len(trends))), key=lambda n: -trends[n].share)
+    flagged = _flagged(trends)
     if flagged:
-        named = listed([f"{titles[name]} ({100 * trends[name].share:.0f} %)" for name in flagged[:_MOST]])
+        named = listed([f"{titles[name]} ({percent(trends[name].share, ' ')})" for name in flagged[:_MOST]])
         return _("the remaining error is not all noise: it depends on {named}", named=named)
     if result.caveats:
         return _("the residuals depend on the posture: an effect is missing from the model")
@@ -94,6 +95,17 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
             unit=unit,
         )
     return None
+
+
+def _find(why: str, command: str) -> str:
+    if not why:
+        return _("find the cause with: {command}", command=command)
+    return _("{why}; find the cause with: {command}", why=why, command=command)
+
+
+def _flagged(trends: dict[str, Trend]) -> list[str]:
+    """Variables that what remains follows, the strongest first."""
+    return sorted((n for n, t in trends.items() if t.is_flagged(len(trends))), key=lambda n: -trends[n].share)
 
 
 def known_floor(result: CalibrationResult) -> float | None:

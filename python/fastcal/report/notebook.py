@@ -4,17 +4,21 @@
 
 from __future__ import annotations
 
+import os
+import webbrowser
 import zlib
 from dataclasses import replace
 from functools import singledispatch
 from html import escape
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 import pandas as pd
 from plotly import graph_objects
 from plotly.subplots import make_subplots
 
+from fastcal.acceptance.acceptance import Acceptance
 from fastcal.calibration.result import CalibrationResult
 from fastcal.cells.calibrate import CellResult
 from fastcal.cells.diagnosis import CellDiagnosis
@@ -22,11 +26,17 @@ from fastcal.diagnosis import partial_residuals
 from fastcal.diagnosis.result import Diagnosis
 from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.errors import InvalidInput
+from fastcal.io.atomic import write_text
+from fastcal.monitoring.compare import Comparison
+from fastcal.monitoring.result import CheckResult
 from fastcal.report import (
+    acceptance_figures,
     calibration_report,
     cell_diagnosis_report,
     cell_report,
     charts,
+    check_report,
+    comparison_report,
     diagnosis_report,
     effect_figures,
     figures,
@@ -34,11 +44,11 @@ from fastcal.report import (
     residual_figures,
     workspace,
 )
-from fastcal.report.arm import Arm, arm_of
-from fastcal.report.cell_scene import cell_scene
+from fastcal.report.arm import Arm
+from fastcal.report.cell_scene import arm_and_rig, cell_scene
 from fastcal.report.figures import Figure
 from fastcal.report.frames import frame
-from fastcal.report.parameter_sizes import moved_at_tool, sizes_figure
+from fastcal.report.parameter_sizes import differences_at_tool, moved_at_tool, sizes_figure
 from fastcal.report.sections import present
 from fastcal.report.still import still
 from fastcal.report.summaries import summary
@@ -70,6 +80,24 @@ class Drawn(graph_objects.Figure):  # type: ignore[misc]
                 f'<div class="{name}">{self._still}</div>{bundle["text/html"]}<script>{there}</script>'
             )
         return bundle | {"image/svg+xml": self._still}
+
+    def to_html(self, *arguments: Any, **options: Any) -> str:
+        """What Plotly gives, and the picture for who reads it without JavaScript."""
+        page = str(super().to_html(*arguments, **options))
+        before, body, after = page.partition("<body>")
+        picture = f"<noscript>{self._still}</noscript>"
+        return before + body + picture + after if body else picture + page
+
+    def write_html(self, file: str | os.PathLike[str] | TextIO, *arguments: Any, **options: Any) -> None:
+        """As `to_html`, into a file; `auto_open=True` opens it in a browser."""
+        opened = options.pop("auto_open", False)
+        text = self.to_html(*arguments, **options)
+        if not isinstance(file, (str, os.PathLike)):
+            file.write(text)
+            return
+        write_text(Path(file), text)
+        if opened:
+            webbrowser.open(Path(file).resolve().as_uri())
 
 
 def html(shown: Any) -> str:
@@ -208,7 +236,22 @@ def _arm(shown: Any) -> list[Figure]:
     kinds = shown.model.joint_types
     before = shown.nominal if isinstance(shown, CalibrationResult) else shown.steps[0].model
     sets = [(rows_of(name, getattr(shown, part), kinds), getattr(shown, part)) for name, part in _PARTS]
-    return _workspace(shown, arm_of(shown.model, before, sets))
+    return _workspace(shown, arm_and_rig(shown.model, before, sets))
+
+
+@_arm.register
+def _(found: CheckResult) -> list[Figure]:
+    return present(check_report.errors_in_space(found))
+
+
+@_arm.register
+def _(found: Comparison) -> list[Figure]:
+    return [comparison_report.differences_in_space(found, differences_at_tool(found))]
+
+
+@_arm.register
+def _(found: Acceptance) -> list[Figure]:
+    return [acceptance_figures.arm_in_space(found)]
 
 
 @_arm.register
@@ -236,6 +279,11 @@ def _noise(shown: Any) -> list[Figure]:
 @singledispatch
 def _gap(found: Any) -> list[Figure]:
     return [diagnosis_report.gap_figure(found)]
+
+
+@_gap.register
+def _(found: CalibrationResult) -> list[Figure]:
+    return calibration_report.gap_figures(found)
 
 
 @_gap.register

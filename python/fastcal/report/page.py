@@ -13,16 +13,19 @@ import base64
 import functools
 import importlib.resources
 import json
+import re
 from datetime import datetime, timezone
 from typing import Any
 
 import jinja2
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 import fastcal
 from fastcal.report import figures, formatting
 from fastcal.report.language import _, language
+
+_SENTENCES = re.compile(r"(?<=[\w)%°]{2}\.) (?=[A-ZÄÖÜ])")
 
 
 def render(template: str, **context: Any) -> str:
@@ -63,6 +66,17 @@ def _encode(value: Any) -> Any:
     raise TypeError(f"a figure holds {type(value).__name__}, expected numbers, texts, lists or arrays")
 
 
+def prose(text: str) -> Markup:
+    """A sentence, escaped, in which what stands between two `backticks` is a command or a name in code."""
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))  # noqa: S704  escaped
+
+
+def opening(text: str) -> tuple[str, str]:
+    """A verdict's first sentence, and what it says besides; a full stop behind a single letter ends none (z. B.)."""
+    first, _space, more = _SENTENCES.sub("\n", text, count=1).partition("\n")
+    return first, more
+
+
 @functools.cache
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
@@ -74,6 +88,8 @@ def _environment() -> jinja2.Environment:
     )
     environment.globals["_"] = _
     environment.filters["script_json"] = to_script_json
+    environment.filters["prose"] = prose
+    environment.filters["opening"] = opening
     for name in ("count", "fixed", "percent", "plural", "significant"):
         environment.filters[name] = getattr(formatting, name)
     return environment

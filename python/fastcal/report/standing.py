@@ -76,11 +76,6 @@ def middle_of(poses: Poses, member: Spec) -> FloatArray:
     return _moved(poses(member["on"]), member, at)[:, 0]
 
 
-def turn_of(poses: Poses, member: Spec) -> FloatArray:
-    """(R, 3, 3) axes of a camera or board in the measuring frame."""
-    return np.asarray((poses(member["on"]) @ pose(member))[:, :3, :3])
-
-
 def _extent(points: FloatArray) -> float:
     """The diagonal of the box around points (R, P, 3); 1 m where there is next to none."""
     flat = points.reshape(-1, 3)

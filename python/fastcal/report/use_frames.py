@@ -38,22 +38,10 @@ def _left(found: InverseKinematics | Compensation) -> dict[str, Any]:
     }
 
 
-def _xyz(position: FloatArray) -> dict[str, Any]:
-    return dict(zip(("x_mm", "y_mm", "z_mm"), from_si(position, "mm").T, strict=True))
-
-
 @frame.register
 def _(found: Prediction) -> pd.DataFrame:
     """A row a pose, as `fastcal predict` writes it."""
-    columns = _xyz(found.position) | dict(zip(("qw", "qx", "qy", "qz"), found.rotation.T, strict=True))
-    sigmas = from_si(found.sigma_position, "mm").T
-    columns |= dict(zip(("sigma_x_mm", "sigma_y_mm", "sigma_z_mm"), sigmas, strict=True))
-    if found.sigma_rotation is not None:
-        turning = from_si(found.sigma_rotation, "deg").T
-        columns |= zip(("sigma_rx_deg", "sigma_ry_deg", "sigma_rz_deg"), turning, strict=True)
-    if found.correction_weight is not None:
-        columns["correction_weight"] = found.correction_weight
-    return pd.DataFrame(columns).rename_axis("row")
+    return pd.DataFrame(found.columns()).rename_axis("row")
 
 
 @frame.register
@@ -93,4 +81,5 @@ def _(targets: Targets) -> pd.DataFrame:
     """A row a pose: the point, and its rotation matrix row by row."""
     names = [f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3)]
     rotations = targets.poses[:, :3, :3].reshape(len(targets), 9).T
-    return pd.DataFrame(_xyz(targets.poses[:, :3, 3]) | dict(zip(names, rotations, strict=True))).rename_axis("row")
+    columns = dict(zip(("x_mm", "y_mm", "z_mm"), from_si(targets.poses[:, :3, 3], "mm").T, strict=True))
+    return pd.DataFrame(columns | dict(zip(names, rotations, strict=True))).rename_axis("row")

@@ -18,7 +18,7 @@ from fastcal.robot.core_model import ROW_KEYS, ROW_UNITS, pose, screw
 from fastcal.robot.loops import write_loops
 from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.robot import Robot, Spec
-from fastcal.robot.robot_spec import Joint, structured
+from fastcal.robot.robot_spec import Joint, frame_spec, structured
 from fastcal.units import from_si
 
 
@@ -57,14 +57,6 @@ def with_frames(spec: Spec, T_world_base: FloatArray, T_flange_tool: FloatArray)
 def moved(robot: Robot, T_world_base: FloatArray, T_flange_tool: FloatArray) -> Robot:
     """The robot with other base and tool; the chain between them is not built again."""
     return robot.with_(base=frame_spec(T_world_base), tool=frame_spec(T_flange_tool))
-
-
-def frame_spec(T: FloatArray) -> Spec:
-    """{xyz_mm, rpy_deg} of a pose (4, 4)."""
-    return {
-        "xyz_mm": [from_si(v, "mm") for v in T[:3, 3].tolist()],
-        "rpy_deg": [from_si(v, "deg") for v in _core.rotation_to_rpy(T[:3, :3]).tolist()],
-    }
 
 
 def identified_spec(start: Robot, model: _core.ErrorModel, found: Solution) -> Spec:

@@ -19,7 +19,7 @@ from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.errors import InvalidInput
 from fastcal.place import place_of
-from fastcal.robot.robot_spec import Joint, RobotSpec, Spec
+from fastcal.robot.robot_spec import ZERO, Frame, Joint, RobotSpec, Spec
 from fastcal.units import from_si, to_si
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
@@ -176,7 +176,7 @@ def write_loops(spec: Spec, values: dict[str, dict[str, float]]) -> None:
             entry[f"offset_{unit}"] = from_si(found["offset"], unit)
             entry["ratios"] = {joint: found[f"ratio_{joint}"] for joint in entry["ratios"]}
         if "rx" in found:
-            R = _rotation(entry.get("from_rpy_deg", [0.0] * 3))
+            R = _pin(entry, "from")[:3, :3]
             for axis in "xyz":
                 R = R @ _core.rotation_about(axis, found[f"r{axis}"])
             entry["from_rpy_deg"] = [from_si(v, "deg") for v in _core.rotation_to_rpy(R).tolist()]
@@ -206,8 +206,7 @@ def _loop(entry: Spec, joints: Sequence[Joint]) -> _core.Loop:
     return _core.Loop.pose(
         name=name,
         **ends,
-        T_from_pin=_pin(entry, "from"),
-        T_to_pin=_pin(entry, "to"),
+        **{f"T_{end}_pin": _pin(entry, end) for end in ("from", "to")},
         fixed=[COMPONENTS.index(component) for component in entry["fixed"]],
         knows_from="from_xyz_mm" in entry,
         knows_to="to_xyz_mm" in entry,
@@ -215,18 +214,12 @@ def _loop(entry: Spec, joints: Sequence[Joint]) -> _core.Loop:
 
 
 def _pin(entry: Spec, end: str) -> FloatArray:
-    T = np.eye(4)
-    T[:3, :3] = _rotation(entry.get(f"{end}_rpy_deg", [0.0] * 3))
-    T[:3, 3] = _point(entry, end)
-    return T
+    """T of an end on its link."""
+    return Frame(*(entry.get(f"{end}_{key}", ZERO) for key in ("xyz_mm", "rpy_deg"))).T
 
 
 def _point(entry: Spec, end: str) -> FloatArray:
-    return np.asarray(to_si(np.asarray(entry.get(f"{end}_xyz_mm", [0.0] * 3), dtype=float), "mm"))
-
-
-def _rotation(rpy_deg: list[float]) -> FloatArray:
-    return np.asarray(_core.rpy_to_rotation([to_si(float(angle), "deg") for angle in rpy_deg]))
+    return _pin(entry, end)[:3, 3]
 
 
 def _frame(name: str, joint_count: int) -> int:

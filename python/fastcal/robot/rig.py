@@ -14,7 +14,8 @@ from fastcal.arrays import FloatArray
 from fastcal.place import place_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.plain_copy import plain_copy
-from fastcal.robot.robot_spec import Spec
+from fastcal.robot.robot_spec import Spec, frame_spec
+from fastcal.robot.se3 import pose_of_six
 from fastcal.units import from_si, to_si
 
 Entries = Mapping[str, Spec] | None
@@ -203,12 +204,8 @@ def with_found(spec: Spec, parameters: Sequence[_core.Parameter], values: FloatA
             continue
         identified: Spec = {}
         if "x" in numbers:
-            change = np.eye(4)
-            change[:3, :3] = _core.exp_so3(np.array([numbers[axis][0] for axis in PLACEMENT[3:]]))
-            change[:3, 3] = [numbers[axis][0] for axis in PLACEMENT[:3]]
-            T = pose(entry) @ change
-            entry["xyz_mm"] = [from_si(v, "mm") for v in T[:3, 3].tolist()]
-            entry["rpy_deg"] = [from_si(v, "deg") for v in _core.rotation_to_rpy(T[:3, :3]).tolist()]
+            T = pose(entry) @ pose_of_six(np.array([numbers[axis][0] for axis in PLACEMENT]))
+            entry.update(frame_spec(T))
             identified["std_mm"] = _known([from_si(numbers[axis][1], "mm") for axis in PLACEMENT[:3]])
             identified["std_deg"] = _known([from_si(numbers[axis][1], "deg") for axis in PLACEMENT[3:]])
         if "fx" in numbers:

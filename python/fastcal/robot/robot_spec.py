@@ -13,11 +13,10 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_type_hints
 
-import numpy as np
-
 from fastcal import _core
 from fastcal.arrays import FloatArray
-from fastcal.units import to_si
+from fastcal.robot import se3
+from fastcal.units import from_si, to_si
 
 if TYPE_CHECKING:
     from fastcal.correction import Correction
@@ -40,10 +39,16 @@ class Frame:
     @property
     def T(self) -> FloatArray:
         """(4, 4) the pose [m]."""
-        T = np.eye(4)
-        T[:3, :3] = _core.rpy_to_rotation([to_si(float(angle), "deg") for angle in self.rpy_deg])
-        T[:3, 3] = [to_si(float(length), "mm") for length in self.xyz_mm]
-        return T
+        rpy = [to_si(float(angle), "deg") for angle in self.rpy_deg]
+        return se3.pose(_core.rpy_to_rotation(rpy), [to_si(float(length), "mm") for length in self.xyz_mm])
+
+
+def frame_spec(T: FloatArray) -> Spec:
+    """{xyz_mm, rpy_deg} of a pose (4, 4)."""
+    return {
+        "xyz_mm": [from_si(v, "mm") for v in T[:3, 3].tolist()],
+        "rpy_deg": [from_si(v, "deg") for v in _core.rotation_to_rpy(T[:3, :3]).tolist()],
+    }
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike
 from fastcal import _core
 from fastcal.arrays import FloatArray
 
-_LOCKED = 1e-14  # a cosine of the pitch that is rounding and nothing else
-
 
 def skew(w: ArrayLike) -> FloatArray:
     """The matrix [w]x with [w]x p = w x p."""
@@ -49,10 +47,23 @@ def pose(rotation: ArrayLike | None = None, position: ArrayLike | None = None) -
     return T
 
 
+def pose_of_six(six: FloatArray) -> FloatArray:
+    """T of a position and a rotation vector (6,): a turn of |r| about r."""
+    return pose(_core.exp_so3(six[3:]), six[:3])
+
+
 def inverse(T: FloatArray) -> FloatArray:
     """T_b_a from T_a_b."""
     R = T[:3, :3].T
     return pose(R, -R @ T[:3, 3])
+
+
+def inverses(T: FloatArray) -> FloatArray:
+    """`inverse` of each of (N, 4, 4)."""
+    out = np.tile(np.eye(4), (len(T), 1, 1))
+    out[:, :3, :3] = T[:, :3, :3].transpose(0, 2, 1)
+    out[:, :3, 3] = -np.einsum("nij,nj->ni", out[:, :3, :3], T[:, :3, 3])
+    return out
 
 
 def rpy_to_rotation(rpy: ArrayLike) -> FloatArray:
@@ -62,15 +73,8 @@ def rpy_to_rotation(rpy: ArrayLike) -> FloatArray:
 
 
 def rotation_to_rpy(R: FloatArray) -> FloatArray:
-    """Roll, pitch, yaw of R in rad; exact at any pitch, as the roll is taken after the yaw is undone.
-
-    At pitch = +-90 degrees, where only roll and yaw together are defined, the yaw is 0.
-    """
-    cosine = math.hypot(R[0, 0], R[1, 0])
-    yaw = math.atan2(R[1, 0], R[0, 0]) if cosine > _LOCKED else 0.0
-    c, s = math.cos(yaw), math.sin(yaw)
-    roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
-    return np.array([roll, math.atan2(-R[2, 0], cosine), yaw])
+    """Roll, pitch, yaw of R in rad; at pitch = +-90 degrees, where only roll and yaw together are defined, yaw 0."""
+    return np.asarray(_core.rotation_to_rpy(R))
 
 
 def screw_motion(omega: FloatArray, v: FloatArray, q: FloatArray) -> FloatArray:

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.calibration.simulation import random_poses
+from fastcal.errors import FastcalError
 from fastcal.report.arm import skeleton, through_points
 from fastcal.report.figures import log_ticks
 from fastcal.report.formatting import significant
@@ -21,14 +23,15 @@ FloatArray = NDArray[np.float64]
 Figure = dict[str, Any]
 
 BLUE, GREEN, RED, GREY, AMBER = "#1f5f8b", "#2e7d4f", "#b3261e", "#8a8f98", "#c77700"
-_CAMERA = {"eye": {"x": 1.3, "y": 1.3, "z": 0.75}}
+_CAMERA = {"eye": {"x": 1.3, "y": 1.3, "z": 0.7}, "center": {"x": 0.0, "y": 0.0, "z": -0.1}}
+_POSTURES = 256  # of which the space that an arm needs is found
 _CONFIG = {"displaylogo": False, "responsive": True, "displayModeBar": False}
 
 
 def scene(traces: Sequence[dict[str, Any]], box_mm: FloatArray | None = None) -> Figure:
     """Traces in space in a cube around them, or in the cube (3, 2) that is given; the view stays as it was turned."""
     ranges = _cube(traces) if box_mm is None else box_mm
-    axis = {"showbackground": False, "zeroline": False, "gridcolor": "rgba(127,127,127,.3)", "color": GREY, "nticks": 5}
+    axis = {"showbackground": False, "zeroline": False, "gridcolor": "#b9bec6", "color": GREY, "nticks": 5}
     axes = {
         f"{name}axis": {**axis, "title": {"text": f"{name} mm"}, "range": ranges[k].tolist()}
         for k, name in enumerate("xyz")
@@ -54,7 +57,14 @@ def _cube(traces: Sequence[dict[str, Any]]) -> FloatArray:
 
 
 def reach_of(robot: Robot) -> FloatArray:
-    """(3, 2) the cube about the arm's base that it reaches [mm]."""
+    """(3, 2) a cube around what the arm takes up in its postures, or around what it could reach at most [mm]."""
+    try:
+        points = skeleton(robot, random_poses(robot, _POSTURES, seed=1))[0].reshape(-1, 3)
+    except FastcalError:  # a rail without limits
+        points = np.zeros((0, 3))
+    if len(points):
+        low, high = points.min(axis=0), points.max(axis=0)
+        return _around((low + high) / 2, float(np.max(high - low)) / 2)
     T_world_base = robot.core.base_and_tool(robot.core.nominal)[0]
     return _around(np.asarray(from_si(T_world_base[:3, 3], "mm")), float(from_si(robot.reach, "mm")))
 
@@ -93,16 +103,20 @@ def arrows(start: FloatArray, shift: FloatArray, times: float, colour: str) -> d
 def falling(counts: Sequence[float], values_mm: Sequence[float], goal_mm: float | None, x: str) -> Figure:
     """A predicted deviation that falls with the number of poses, and where it is to be."""
     axis = {"gridcolor": "rgba(127,127,127,.25)", "color": GREY}
+    shown = [*values_mm, *([goal_mm] if goal_mm else [])]
     line = {
         "type": "scatter", "x": list(counts), "y": list(values_mm), "mode": "lines+markers",
         "line": {"color": BLUE, "width": 2}, "marker": {"size": 5}, "hovertemplate": "%{x}: %{y:.3g} mm<extra></extra>",
     }  # fmt: skip
     layout: dict[str, Any] = {
         "xaxis": {**axis, "title": {"text": x}, "rangemode": "tozero"},
-        "yaxis": {**axis, "title": {"text": _("predicted σ, mm")}, "type": "log", **log_ticks(values_mm)},
+        "yaxis": {**axis, "title": {"text": _("predicted σ, mm")}, "type": "log", **log_ticks(shown)},
         "margin": {"l": 60, "r": 10, "t": 10, "b": 45}, "height": 260,
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)", "uirevision": "kept",
     }  # fmt: skip
+    if not values_mm:  # nothing to find a range from
+        layout["xaxis"]["range"] = [0, 10]
+        layout["yaxis"]["range"] = [float(np.log10(goal_mm or 0.1)) + end for end in (-0.5, 1.5)]
     if goal_mm:
         layout["shapes"] = [{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": goal_mm, "y1": goal_mm,
                              "line": {"color": GREEN, "dash": "dash"}}]  # fmt: skip

@@ -117,6 +117,17 @@ def table(options: dict[str, Any]) -> ui.aggrid:
     return ui.aggrid({**options, "defaultColDef": columns, "localeText": words}, theme="balham").classes("w-full")
 
 
+def decimals(places: int) -> str:
+    """How a table writes numbers: that many decimals, in the language of the screen; of what is missing nothing."""
+    options = f"{{minimumFractionDigits: {places}, maximumFractionDigits: {places}, useGrouping: false}}"
+    return f'p => p.value == null ? "" : p.value.toLocaleString("{language.get()}", {options})'
+
+
+def onward(text: str, to: str) -> ui.button:
+    """What comes next: a link to another screen that looks like a button."""
+    return ui.button(text, icon="arrow_forward").props(f'no-caps href="{to}" data-test="onward"')
+
+
 def command_line(line: str) -> None:
     """A command that does what the screen did, to copy."""
     with ui.row().classes("w-full items-center no-wrap studio-command"):
@@ -156,7 +167,7 @@ def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
 
 _STYLE = """
 .studio-header { padding: .4rem 1rem; align-items: center; gap: 1rem; }
-.studio-screen { display: flex; gap: .6rem; align-items: center; padding: .5rem; border-radius: .4rem;
+.studio-screen { display: flex; width: 100%; gap: .6rem; align-items: center; padding: .5rem; border-radius: .4rem;
   color: inherit; text-decoration: none; }
 .studio-screen:hover { background: rgba(127, 127, 127, .15); }
 .studio-chosen { background: rgba(31, 95, 139, .18); font-weight: 600; }

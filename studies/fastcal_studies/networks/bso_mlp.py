@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from fastcal.correction.experts import AxisNetworks
 from fastcal.networks.fitting import Schedule, loss
 from fastcal.networks.options import Options
-from fastcal.networks.plain import Coordinates, train_plain
 from fastcal.networks.population import Architecture, Population
 from fastcal.networks.problem import Problem
 from fastcal_studies.networks.beetles import Swarm, swarm_search
+from fastcal_studies.networks.plain import Coordinates, train_plain
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]

@@ -20,9 +20,9 @@ from fastcal.correction.experts import AxisNetworks
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.optimizers import RULES
 from fastcal.networks.options import Options
-from fastcal.networks.plain import train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem
+from fastcal_studies.networks.plain import train_plain
 from fastcal_studies.networks.search import Candidate, losses_of, remembered, study_of
 
 FloatArray = NDArray[np.float64]

@@ -23,9 +23,9 @@ from fastcal.errors import InvalidInput
 from fastcal.networks.device import one_thread
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.options import Options
-from fastcal.networks.plain import train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem
+from fastcal_studies.networks.plain import train_plain
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]

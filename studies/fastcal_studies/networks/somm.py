@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from fastcal.correction.experts import AXES, AxisNetworks
 from fastcal.networks.fitting import Schedule
 from fastcal.networks.options import Options
-from fastcal.networks.plain import train_plain
 from fastcal.networks.population import Architecture
 from fastcal.networks.problem import Problem
+from fastcal_studies.networks.plain import train_plain
 from fastcal_studies.networks.search import Candidate, losses_of, study_of
 
 IntArray = NDArray[np.intp]

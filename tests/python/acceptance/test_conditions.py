@@ -11,8 +11,8 @@ import fastcal
 from fastcal.acceptance import accept, plan_acceptance
 from fastcal.acceptance.visits import TARGET_COLUMNS
 from fastcal.budget import Budget, Input
-from fastcal.calibration.prediction import quaternions
 from fastcal.errors import InvalidInput
+from fastcal.measurements.rotations import quaternions
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si, to_si

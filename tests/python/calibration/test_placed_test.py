@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fastcal
-from fastcal.calibration.evaluation import best_motion
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.rotations import best_motion
 
 NOISE = 3e-5
 MOVES = [np.eye(4) for _ in range(3)]

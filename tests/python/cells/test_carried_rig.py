@@ -23,7 +23,7 @@ from fastcal.importers.corners import load_seen_readings
 from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import pose
-from fastcal.robot.identified_spec import frame_spec
+from fastcal.robot.robot_spec import frame_spec
 from fastcal.robot.se3 import inverse
 
 from . import camera_scene as camera

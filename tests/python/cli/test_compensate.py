@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fastcal as library
-from fastcal.calibration.prediction import quaternions
 from fastcal.compensation import path_accuracy
+from fastcal.measurements.rotations import quaternions
 
 SAID = ["q1_deg", "q2_deg", "q3_deg", "q4_deg", "q5_deg", "q6_deg", "residual_mm", "residual_deg", "sigma_mm", "status"]
 

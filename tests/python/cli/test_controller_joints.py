@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import fastcal as library
-from fastcal.calibration.prediction import quaternions
 from fastcal.io.measurements_out import write_measurements
+from fastcal.measurements.rotations import quaternions
 
 ARM = "fanuc_m20ia"
 LS_JOINTS = re.compile(r"J\d=\s*([-.\d]+) deg")

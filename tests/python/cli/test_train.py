@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import fastcal as fc
-from fastcal.calibration.prediction import quaternions
 from fastcal.cli import main
+from fastcal.measurements.rotations import quaternions
 
 pytest.importorskip("torch")
 

@@ -11,11 +11,12 @@ import pytest
 from fastcal import robots
 from fastcal.arrays import FloatArray
 from fastcal.conversion import KINDS, convert
-from fastcal.conversion.chain import chain_of, frame_of, si
+from fastcal.conversion.chain import chain_of, si
 from fastcal.errors import InvalidInput
 from fastcal.io.robot_file import read_spec
 from fastcal.io.robot_schema import check_spec
 from fastcal.robot import se3
+from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
 
 Spec = dict[str, Any]
@@ -23,7 +24,7 @@ Spec = dict[str, Any]
 
 def tool_poses(spec: Spec, q: FloatArray) -> FloatArray:
     """T_measuring_tool (N, 4, 4) by the screws."""
-    return frame_of(spec["base"]) @ chain_of(spec).forward(q) @ frame_of(spec["tool"])
+    return pose(spec["base"]) @ chain_of(spec).forward(q) @ pose(spec["tool"])
 
 
 def postures(spec: Spec, count: int = 100, seed: int = 0) -> FloatArray:
@@ -80,16 +81,16 @@ def test_bodies_payload_and_gravity_stay_where_they_are(name: str, kind: str) ->
     for mine, theirs in zip(chain_of(new).bodies, chain_of(spec).bodies, strict=True):
         assert mine is not None
         assert theirs is not None
-        mine, theirs = mine.moved(frame_of(new["base"])), theirs.moved(frame_of(spec["base"]))
+        mine, theirs = mine.moved(pose(new["base"])), theirs.moved(pose(spec["base"]))
         assert mine.mass == theirs.mass
         np.testing.assert_allclose(mine.com, theirs.com, atol=1e-12)
         np.testing.assert_allclose(mine.inertia, theirs.inertia, atol=1e-12)
     # The payload's centre and gravity, seen from the measuring frame in the zero posture.
     centres, weights = [], []
     for s in (new, spec):
-        flange = frame_of(s["base"]) @ chain_of(s).home
+        flange = pose(s["base"]) @ chain_of(s).home
         centres.append(flange[:3, :3] @ si(s["payload"]["com_mm"], "mm") + flange[:3, 3])
-        weights.append(frame_of(s["base"])[:3, :3] @ np.array(s["gravity_m_s2"]))
+        weights.append(pose(s["base"])[:3, :3] @ np.array(s["gravity_m_s2"]))
     np.testing.assert_allclose(*centres, atol=1e-12)
     np.testing.assert_allclose(*weights, atol=1e-12)
 

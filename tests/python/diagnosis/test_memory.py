@@ -156,11 +156,13 @@ def test_targets_of_one_posture_share_errors_and_the_noise_has_no_memory() -> No
     points = (points + 1e-5 * rng.normal(size=points.shape)).reshape(-1, 3)
     seen = Dataset.from_arrays(np.repeat(q, 2, axis=0), position=points, mount=["a", "b"] * 80, robot=arm())
     found = diagnose(arm(), seen)
-    assert found.search.problem.noise.memory == 0
-    assert found.search.problem.noise.shared > 0.3
-    assert "share errors" in found.sigma_note
+    noise = found.search.problem.noise
+    assert noise.memory == noise.shared == 0
+    assert noise.by_stay
+    assert 4e-5 < noise.repeatability * noise.factor < 6.5e-5
+    assert "rows measured in one posture share them" in found.sigma_note
     assert "successive" not in found.sigma_note
-    assert not found.effects
+    assert found.verdict == "none"
 
 
 @pytest.mark.parametrize(("any_two", "count"), [(0.5, 2), (0.5, 3), (0.3, 8), (0.9, 4)])

@@ -18,10 +18,10 @@ from fastcal.networks.device import one_thread  # noqa: E402
 from fastcal.networks.export import export  # noqa: E402
 from fastcal.networks.fitting import Schedule  # noqa: E402
 from fastcal.networks.options import Options  # noqa: E402
-from fastcal.networks.plain import fit_plain  # noqa: E402
 from fastcal.networks.population import Architecture  # noqa: E402
 from fastcal.networks.problem import problem_of  # noqa: E402
 from fastcal.robot.robot import Robot  # noqa: E402
+from fastcal_studies.networks.plain import fit_plain  # noqa: E402
 
 
 def meant(model: Robot, unseen: Dataset) -> tuple[list[np.ndarray], np.ndarray]:

@@ -15,7 +15,6 @@ import joblib  # noqa: E402 - torch first, or the file is skipped
 import fastcal  # noqa: E402
 from fastcal.errors import InvalidInput  # noqa: E402
 from fastcal.measurements.dataset import Dataset  # noqa: E402
-from fastcal.networks import plain  # noqa: E402
 from fastcal.networks.device import one_thread  # noqa: E402
 from fastcal.networks.fitting import Schedule  # noqa: E402
 from fastcal.networks.options import Options  # noqa: E402
@@ -24,7 +23,14 @@ from fastcal.networks.problem import Problem, problem_of  # noqa: E402
 from fastcal.networks.training import train  # noqa: E402
 from fastcal.robot.robot import Robot  # noqa: E402
 from fastcal_studies import kernel_networks  # noqa: E402
-from fastcal_studies.networks import beetles, bso_mlp, ca_somm, ga_dnn, somm  # noqa: E402
+from fastcal_studies.networks import (  # noqa: E402
+    beetles,
+    bso_mlp,
+    ca_somm,
+    ga_dnn,
+    plain,
+    somm,
+)
 from fastcal_studies.networks.search import study_of  # noqa: E402
 
 SMALL = tuple(somm.AxisSizes(Architecture.plain((12,), "tanh"), 1e-2) for _ in range(3))

@@ -20,10 +20,11 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.importers.corners import load_seen, load_seen_readings
 from fastcal.io.tree_file import load_cell
-from fastcal.report.arm import LINK_WIDTH, skeleton, through_points
-from fastcal.report.cell_scene import ARMS, cell_scene, pictures_scene
+from fastcal.report.arm import LINK_WIDTH, Arm, skeleton, through_points
+from fastcal.report.cell_scene import ARMS, arm_and_rig, cell_scene, pictures_scene
 from fastcal.report.figures import Figure
 from fastcal.report.parameter_sizes import moved_in_cell
+from fastcal.report.view import rows_of
 from fastcal.units import to_si
 
 from ..cells import camera_scene as camera
@@ -176,6 +177,30 @@ def test_a_board_that_is_off_across_the_view_is_an_arrow_as_long(tmp_path: Path)
         across = shift - axis * (axis @ shift)
         found = -shafts[k] / np.linalg.norm(shafts[k]) * sizes[k]
         assert np.linalg.norm(found - across) < 0.5  # of 3 mm: what is off along the view counts a little
+
+
+def test_an_arm_that_a_tracker_measured_shows_its_camera_and_board_too(tmp_path: Path) -> None:
+    camera.write(tmp_path, 3)
+    robot = fastcal.load_robot(tmp_path / "cell.yaml")
+    q = np.radians(np.random.default_rng(4).uniform(-60, 60, (12, 6)))
+
+    def drawn(robot: fastcal.Robot) -> Arm:
+        points = fastcal.Dataset.from_arrays(q, position=robot.forward(q)[:, :3, 3] + 1e-4)
+        part = fastcal.evaluate(robot, points)
+        kinds = {name: replace(of, numbers_before=of.numbers) for name, of in part.kinds.items()}
+        part = replace(part, error_before=part.error_after, kinds=kinds)
+        arm = arm_and_rig(robot, robot, [(rows_of("Training", part, robot.joint_types), part), (None, None)])
+        assert arm is not None
+        return arm
+
+    arm = drawn(robot)
+    (eye,) = (run.through[0] for run in arm.runs if run.names == ("wrist",))
+    (plate,) = (run.through[0] for run in arm.runs if run.names == ("plate",))
+    mounted = camera.pose(camera.cell()["cameras"]["wrist"]["xyz_mm"], camera.cell()["cameras"]["wrist"]["rpy_deg"])
+    expected = [(camera.flange(each) @ mounted)[:3, 3] for each in np.degrees(q)]
+    np.testing.assert_allclose(arm.points[:, eye], expected, atol=1e-6)
+    assert np.ptp(arm.points[:, plate], axis=0).max() == 0
+    assert len(drawn(fastcal.load_robot("ur5e")).runs) == 1
 
 
 def test_the_loops_of_a_delta_are_drawn_to_their_balls() -> None:

@@ -24,10 +24,11 @@ from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Reason
 from fastcal.diagnosis.result import NamedValue, Unexplained
 from fastcal.diagnosis.words import reason_text, sentence_of
 from fastcal.report import diagnosis_steps, diagnosis_words, shop
-from fastcal.report.diagnosis_figures import confusion_map, limits, waterfall
+from fastcal.report.diagnosis_figures import confusion_map, limits
 from fastcal.report.diagnosis_report import diagnosis_page
 from fastcal.report.diagnosis_tables import owners_text, smallest_by_kind
 from fastcal.report.diagnosis_words import name_in_model
+from fastcal.report.gap import waterfall
 from fastcal.robot.dropped_effects import drop_effects
 from fastcal.units import shop_unit
 
@@ -255,6 +256,26 @@ def test_the_waterfall_adds_up() -> None:
     assert bars["x"] == pytest.approx([0.5, 0.2, 0.05, 0.35])
     assert bars["base"] == pytest.approx([0.0, 0.3, 0.3, 0.0])
     assert figure.traces[1]["x"] == [0.1, 0.1]
+
+
+def test_a_step_that_takes_next_to_nothing_does_not_take_minus_nothing() -> None:
+    texts = waterfall([("places alone", 0.173), ("a", 0.1723), ("b", 0.17228)], 0.059, "test poses").traces[0]
+    assert texts["customdata"][1:3] == ["\N{MINUS SIGN}0.001 mm", "\N{MINUS SIGN}0.00002 mm"]
+
+
+def test_long_names_beside_an_axis_stand_on_two_lines_of_a_narrow_screen(found: Diagnosis) -> None:
+    kinds = smallest_by_kind(found)
+    named = {"short": "turn", "long": "turn for each moment of the bearings that it is seated in"}
+    drawn = {
+        size: limits([replace(kind, effect="backlash", kind=name)]) for size, name in named.items() for kind in kinds
+    }
+    assert drawn["short"] is not None
+    assert drawn["short"].narrow == {"xaxis.dtick": 2}
+    assert drawn["long"] is not None
+    narrow = drawn["long"].narrow
+    assert narrow["yaxis.tickvals"] == drawn["long"].layout["yaxis"]["categoryarray"]
+    assert narrow["yaxis.ticktext"] == ["Backlash, turn for each moment<br>of the bearings that it is<br>seated in"]
+    assert narrow["height"] > drawn["long"].height
 
 
 def test_the_map_frames_what_is_given() -> None:

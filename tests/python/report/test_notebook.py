@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -127,6 +128,40 @@ def test_the_arm_and_the_parameters_are_drawn_too(result: CalibrationResult) -> 
     shown = {name for trace in dots[:2] for name in trace.y}
     assert shown
     assert not any(name.startswith(("Base", "Tool")) for name in shown)
+
+
+def test_the_arm_of_a_check_and_a_comparison(result: CalibrationResult) -> None:
+    """Where they say that something moved: its rows, errors and joints, as on their pages."""
+    model = result.model
+    checked = fastcal.check(model, result.test.data)
+    compared = fastcal.compare(model, fastcal.perturbed(model, seed=3))
+    for shown in (checked, compared):
+        drawn = shown.plot_arm()
+        assert "<svg" in drawn._still
+        joints = drawn.data[-2]
+        assert len(joints.x) == model.joint_count
+
+
+def test_a_chart_that_is_saved_by_itself_is_a_picture_without_javascript(
+    result: CalibrationResult, tmp_path: Path
+) -> None:
+    drawn = result.plot_gap()
+    drawn.write_html(tmp_path / "gap.html", include_plotlyjs="cdn")
+    page = (tmp_path / "gap.html").read_text()
+    assert page == drawn.to_html(include_plotlyjs="cdn", div_id=re.search(r'div id="([^"]+)"', page)[1])
+    assert f"<body><noscript>{drawn._still}</noscript>" in page
+    part = drawn.to_html(full_html=False, include_plotlyjs=False)
+    assert part.startswith(f"<noscript>{drawn._still}</noscript>")
+
+
+def test_the_gap_of_a_calibration(result: CalibrationResult) -> None:
+    """Of the test poses: before, what was taken of it, after."""
+    before, after = (of.to_mm()["rms"] for of in (result.test.before, result.test.after))
+    drawn = result.plot_gap()
+    bars, noise = drawn.data[:2]
+    np.testing.assert_allclose(bars.x, [before, before - after, after])
+    np.testing.assert_allclose(noise.x, 1e3 * result.sigma * np.sqrt(3))
+    assert "<svg" in drawn._still
 
 
 def test_what_a_model_is_used_for_shows_itself_too(result: CalibrationResult) -> None:

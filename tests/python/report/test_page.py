@@ -23,7 +23,24 @@ from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.measurements.kinds import KindNoise, kind_named
 from fastcal.report import calibration_page, write_report
 from fastcal.report.calibration_tables import parameter_table
-from fastcal.report.page import to_script_json
+from fastcal.report.page import opening, prose, to_script_json
+
+
+def test_a_verdict_opens_with_its_first_sentence() -> None:
+    """The rest stands below it, smaller; numbers, abbreviations and file names end no sentence."""
+    assert opening("Joint 2 gives by 0.5 mm. With it 0.1 mm remain.") == (
+        "Joint 2 gives by 0.5 mm.",
+        "With it 0.1 mm remain.",
+    )
+    assert opening("z. B. Gelenk 2 (Umkehrspiel). Mehr nicht.") == ("z. B. Gelenk 2 (Umkehrspiel).", "Mehr nicht.")
+    assert opening("Take model.yaml Or not.") == ("Take model.yaml Or not.", "")
+    assert opening("One. Two. Three.") == ("One.", "Two. Three.")
+
+
+def test_a_command_in_a_sentence_is_code_and_nothing_else_is() -> None:
+    assert prose("`fastcal diagnose` looks for <it>") == "<code>fastcal diagnose</code> looks for &lt;it&gt;"
+    assert prose("a ` alone & `<b>`") == "a <code> alone &amp; </code>&lt;b&gt;`"
+
 
 MakeResult = Callable[..., CalibrationResult]
 VOID = {"meta", "link", "br", "hr", "img", "input"}
@@ -115,7 +132,8 @@ def test_every_figure_is_valid_and_has_an_alternative_and_units(case: tuple[str,
         layout = figure["layout"]
         axes = [layout["scene"][f"{k}axis"] for k in "xyz"] if "scene" in layout else [layout["xaxis"], layout["yaxis"]]
         for axis in axes:
-            if axis.get("type") == "category":  # names, each of which says what it is
+            # Names say themselves what they are, and stand in the drawing where the axis has none.
+            if axis.get("type") == "category" or axis.get("showticklabels") is False:
                 continue
             assert re.search(r"\(.+\)", axis["title"]["text"]), axis["title"]
 
@@ -134,7 +152,7 @@ def test_parts_of_the_page(make_result: MakeResult) -> None:
     drawn = {name.removeprefix("figure-") for name in ids if name.startswith("figure-")}
     flat = {f"flat-{view}-{state}" for view in ("top", "front", "side") for state in ("before", "after")}
     panels = {f"trend-{name}" for name in ("q1", "q2", "q3", "q4", "q5", "q6", "order", "temperature")}
-    assert drawn == {"cumulative", "histogram", "workspace", "sizes", "normal"} | flat | panels
+    assert drawn == {"gap", "cumulative", "histogram", "workspace", "sizes", "normal"} | flat | panels
 
 
 def test_the_panel_with_the_planted_trend_is_first(make_result: MakeResult) -> None:

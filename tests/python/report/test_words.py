@@ -92,6 +92,9 @@ def test_the_planted_gear_error_of_joint_4_is_found(make_result: Callable[..., C
     assert [name for name, found in trends.items() if found.is_flagged(len(trends))] == ["q4"]
     # the wave's variance over three components against the noise's: WAVE^2 / 2 to 3 SIGMA^2
     assert trends["q4"].share == pytest.approx((7e-5**2 / 2) / (7e-5**2 / 2 + 3 * 4e-5**2), abs=0.06)
+    # The page's remark says so; the console, which has no remark, says it with what to do.
+    assert step(result, is_why_told=True) == "find the cause with: fastcal diagnose"
+    assert step(result).startswith("the remaining error is not all noise: it depends on joint 4 (")
 
 
 def test_many_outliers_and_what_is_held_are_reported(make_result: Callable[..., CalibrationResult]) -> None:

@@ -88,14 +88,17 @@ def test_result_calibrates_and_shows_the_page(look: Any, studio: Any) -> None:
     look.get("calibrate").click()
     frame = page.frame_locator('[data-test="page-calibration"]')
     frame.locator("h1").first.wait_for()
-    assert look.get("next").get_attribute("href") == "/program"
+    assert look.get("onward").get_attribute("href") == "/program"
     result = json.loads((studio.folder / "calibration" / "result.json").read_text())
     assert result["status"] == "converged"
     # Without the effect the others are fitted again: the error can only rise.
     switch = look.get("switch-joint_compliance@joint2")
+    assert not switch.is_visible()
+    look.get("without").get_by_text("What does each effect do?").click()
+    assert look.page.locator('[data-test^="switch-"]').count() == 1  # masses that may be wrong are no switches
     switch.click()
     page.locator('[data-test="switch-joint_compliance@joint2"][aria-checked="false"]').wait_for()
-    page.get_by_text("without joint_compliance@joint2:").wait_for()
+    page.get_by_text("without Joint 2 compliance:").wait_for()
     without = float(look.get("gap-said").inner_text().split(": ")[1].split()[0])
     assert without >= result["train"]["after_mm"]["rms"] * 0.999
     look.picture("studio-result")
@@ -147,6 +150,7 @@ def test_live_forty_rows_by_tcp(look: Any, studio: Any) -> None:
     assert [k for k, text in enumerate(said) if text != "ok"] == [15, 25]
     look.get("count").filter(has_text="40 rows, 38 kept").wait_for()
     assert "enough" in look.get("count").inner_text()
+    assert look.get("onward").get_attribute("href") == "/result"
     assert number(look.get("sigma").inner_text().removeprefix("σ ")) < 0.1
     assert "J1" in look.get("next").inner_text()
     look.everybody()

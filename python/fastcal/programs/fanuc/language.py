@@ -28,7 +28,7 @@ class Fanuc:
 
     def values(self, T_frame_tool: FloatArray, old: FloatArray) -> FloatArray:
         """X, Y, Z, W, P, R of T."""
-        return orientation.nearest_euler(orientation.to_xyz(T_frame_tool), old)
+        return orientation.to_xyz(T_frame_tool, old)
 
     def number(self, old: Number, value: float) -> str:
         """Three decimals, or as many as there were."""

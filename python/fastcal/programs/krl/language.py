@@ -24,7 +24,7 @@ class Krl:
 
     def values(self, T_frame_tool: FloatArray, old: FloatArray) -> FloatArray:
         """X, Y, Z, A, B, C of T."""
-        return orientation.nearest_euler(orientation.to_zyx(T_frame_tool), old)
+        return orientation.to_zyx(T_frame_tool, old)
 
     def number(self, old: Number, value: float) -> str:
         """Four decimals of a millimetre, five of a degree."""

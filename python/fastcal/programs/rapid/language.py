@@ -26,7 +26,7 @@ class Rapid:
 
     def values(self, T_frame_tool: FloatArray, old: FloatArray) -> FloatArray:
         """x, y, z and a quaternion of T."""
-        return orientation.nearest_quaternion(orientation.to_quaternion(T_frame_tool), old)
+        return orientation.to_quaternion(T_frame_tool, old)
 
     def number(self, old: Number, value: float) -> str:
         """Four decimals of a millimetre, five of a degree, nine of a quaternion."""

@@ -8,6 +8,7 @@ from fastcal.arrays import FloatArray
 from fastcal.ik.posture import SphericalWristArm
 from fastcal.programs import orientation
 from fastcal.programs.program import Number, Target
+from fastcal.robot import se3
 from fastcal.units import from_si
 
 _DIGITS = 7  # of a metre and of a radian: 0.1 um
@@ -21,11 +22,11 @@ class UrScript:
 
     def pose(self, values: FloatArray) -> FloatArray:
         """T of x, y, z and a rotation vector."""
-        return orientation.from_vector(values)
+        return se3.pose_of_six(values)
 
     def values(self, T_frame_tool: FloatArray, old: FloatArray) -> FloatArray:
         """x, y, z and a rotation vector of T."""
-        return orientation.nearest_vector(orientation.to_vector(T_frame_tool), old)
+        return orientation.to_vector(T_frame_tool, old)
 
     def number(self, old: Number, value: float) -> str:
         """Seven decimals of a metre or a radian, five of a degree."""

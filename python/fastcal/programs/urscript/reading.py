@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fastcal.programs import orientation
 from fastcal.programs.book import NOWHERE, SOMEWHERE, Book, Place, any_of, product
 from fastcal.programs.flow import State, Walker
 from fastcal.programs.program import Document, Program
@@ -87,7 +86,7 @@ class _Reader(Walker):
         target = self.book.target(self.document, node, "pose" if posed else "joints", numbers, name)
         found = () if target is None else (target,)
         if posed:
-            return Place(found, T=None if known is None else orientation.from_vector(known))
+            return Place(found, T=None if known is None else se3.pose_of_six(known))
         return Place(found, joints=None if known is None else tuple(known.tolist()))
 
     def function(self, node: Node) -> Place:

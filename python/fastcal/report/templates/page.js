@@ -82,6 +82,7 @@ async function draw(plot, place) {
   const changes = plot.clientWidth < NARROW ? { ...narrow, ...wrappedTitle(plot, layout) } : {};
   if (changes.height) plot.style.height = `${changes.height}px`;
   if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
+  if (plot.clientWidth < NARROW) await fitted(plot);
   if (rows?.traces) followRows(plot, rows, data);
   if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
   drawn[place] = true;
@@ -108,6 +109,18 @@ function wrappedTitle(plot, { xaxis }) {
   const added = (lines.length - 1) * LINE;
   const height = plot._fullLayout.height + added;
   return { "xaxis.title.text": lines.join("<br>"), "margin.b": plot._fullLayout.margin.b + added, height };
+}
+
+// Names in a drawing that run over its edge are written as small as they must be.
+async function fitted(plot) {
+  const edge = plot.getBoundingClientRect().right - 4;
+  const changes = {};
+  for (const each of plot.querySelectorAll(".annotation")) {
+    const { left, right, width } = each.getBoundingClientRect();
+    const size = parseFloat(getComputedStyle(each.querySelector("text")).fontSize);
+    if (right > edge) changes[`annotations[${each.dataset.index}].font.size`] = Math.max(8, (size * (edge - left)) / width);
+  }
+  if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
 }
 
 // A link to a card that is folded opens it.

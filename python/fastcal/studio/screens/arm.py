@@ -7,10 +7,10 @@ from __future__ import annotations
 import numpy as np
 from nicegui import ui
 
-from fastcal.calibration.prediction import quaternions
 from fastcal.design.candidates import joint_ranges
 from fastcal.errors import FastcalError
 from fastcal.io.robot_file import load_robot
+from fastcal.measurements.rotations import quaternions
 from fastcal.place import joint_position
 from fastcal.report.language import _
 from fastcal.robot.pendant import relations

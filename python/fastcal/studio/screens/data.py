@@ -16,16 +16,16 @@ from fastcal.robots import available
 from fastcal.said import said
 from fastcal.studio import reading
 from fastcal.studio.project import MEASUREMENTS
-from fastcal.studio.shell import card, command_line, table, told
+from fastcal.studio.shell import card, command_line, decimals, onward, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
 _COLOURS = {"good": "text-positive", "doubtful": "text-warning", "bad": "text-negative", "": ""}
 _UNITS = (("q", said("Joints in"), ("deg", "rad")), ("x", said("Points in"), ("mm", "m", "in")))
 _WORDS = {
-    "good": said("as good as a nominal arm fits: the list is read correctly"),
-    "doubtful": said("more than most arms are off: check the rows with the largest errors"),
-    "bad": said("no arm is built that badly: a unit, a sign, a joint or the join is wrong"),
+    "good": said("As a nominal arm fits: the list is read right."),
+    "doubtful": said("More than most arms are off: look at the rows that miss most."),
+    "bad": said("No arm is built that badly: a unit, a sign, a joint or the join is wrong."),
     "": "",
 }
 
@@ -40,13 +40,13 @@ class _Screen:
 
     def __init__(self, studio: Studio) -> None:
         self.studio, self.project = studio, studio.project
-        with card(_("1  Arm")), ui.row().classes("items-center gap-4"):
+        with card(_("1  Arm"), _("Choose it from the list, or give its own file.")), ui.row().classes("gap-4"):
             self._arm()
-        hint = _("Drop them as the instrument and the controller wrote them, or press +; nothing is changed in them.")
+        hint = _("Drop them as the instrument and the controller wrote them, or press +, one after the other.")
         with card(_("2  Files"), hint):
             with ui.row().classes("w-full gap-4"):
-                _drop(_("Instrument: points (several may follow)"), "instrument", self._take("instrument"))
-                _drop(_("Controller: joints, if in a file of their own"), "controller", self._take("controller"))
+                _drop(_("Points of the instrument"), "instrument", self._take("instrument"))
+                _drop(_("Joints of the controller, if apart"), "controller", self._take("controller"))
             self.files()
         hint = _("What each column is; change one, and the misfit below says whether it was better.")
         with card(_("3  Columns"), hint):
@@ -86,7 +86,7 @@ class _Screen:
         def own(name: str, content: bytes) -> None:
             self.project.choose_robot(self.project.receive(name, content))
 
-        _drop(_("or your robot file (.yaml, .urdf, .xacro)"), "robot-file", self.changes(own))
+        _drop(_("or a .yaml, .urdf or .xacro"), "robot-file", self.changes(own))
 
     def _take(self, kind: str) -> Callable[[str, bytes], Any]:
         """Takes a dropped file as the instrument's or the controller's."""
@@ -139,6 +139,8 @@ class _Screen:
         found: list[reading.FileColumn] = []
         with told():
             found = reading.columns_of(self.project)
+        if not found:
+            return
         with ui.row().classes("items-center gap-6"):
             for quantity, label, units in _UNITS:
                 ui.label(_(label))
@@ -169,7 +171,7 @@ def _drop(label: str, name: str, take: Callable[[str, bytes], Any]) -> None:
         upload.reset()
 
     upload = ui.upload(label=label, auto_upload=True, multiple=True, on_upload=arrived)
-    upload.props(f'flat bordered data-test="drop-{name}"').classes("w-72")
+    upload.props(f'flat bordered data-test="drop-{name}"').classes("w-80")
 
 
 def _signs(studio: Studio, changes: Callable[..., Any]) -> None:
@@ -206,32 +208,23 @@ def _result(studio: Studio, found: reading.Understood) -> None:
     project = studio.project
     reach = project.robot().reach if project.has_robot else 1.0
     grade = found.grade(reach)
+    rows = reading.table(found)
     if found.rms is not None:
-        with ui.row().classes("items-baseline gap-3"):
+        with ui.row().classes("items-baseline gap-x-3 gap-y-0"):
             ui.label(f"{significant(from_si(found.rms, 'mm'))} mm").classes(f"studio-number {_COLOURS[grade]}").props(
                 f'data-test="misfit" data-grade="{grade}"'
             )
             count = len(found.data or [])
-            words = _("RMS of the uncalibrated arm over {count} poses: {words}", count=count, words=_WORDS[grade])
-            ui.label(words)
+            ui.label(_("RMS of the uncalibrated arm over {count} poses.", count=count))
+            ui.label(_(_WORDS[grade])).classes("font-medium")
     if found.problem:
         ui.label(_(found.problem)).classes("text-warning").props('data-test="problem"')
     if found.suspicion:
         ui.label(_(found.suspicion)).classes("text-negative").props('data-test="suspicion"')
     for note in found.notes:
         ui.label(f"• {_(note)}").classes("text-sm").props('data-test="note"')
-    rows = reading.table(found)
     if not rows:
         return
-    titles = {"row": _("row"), "name": _("name"), "misfit": _("misfit mm")}
-    units = {key: f"{key} {'mm' if key in 'xyz' else ''}".strip() for key in rows[0] if key not in titles}
-    order = ["row", "name", *units, "misfit"]
-    grid = {
-        "columnDefs": [{"headerName": (titles | units)[key], "field": key, "sortable": True} for key in order],
-        "rowData": rows,
-        "defaultColDef": {"flex": 1, "minWidth": 75},
-    }
-    table(grid).classes("h-72").props('data-test="joined"')
     line = ui.column().classes("w-full")
 
     def keep() -> None:
@@ -241,6 +234,26 @@ def _result(studio: Studio, found: reading.Understood) -> None:
             with line:
                 ui.label(_("{file}: {count} rows. This command does the same:", file=MEASUREMENTS, count=count))
                 command_line(command)
-                ui.link(_("Next: calibrate on the screen Result"), "/result")
+                onward(_("Next: calibrate on the screen Result"), "/result")
 
-    ui.button(_("Save the measurements"), on_click=keep, icon="save").props('data-test="save"')
+    with line:
+        ui.button(_("Save the measurements"), on_click=keep, icon="save").props('no-caps data-test="save"')
+    kinds = project.robot().joint_types if project.has_robot else []
+    _joined(rows, {f"q{k + 1}": "mm" if kind == "prismatic" else "°" for k, kind in enumerate(kinds)})
+
+
+def _joined(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
+    """The joined list; `units`: of its joints."""
+    titles = {"row": _("row"), "name": _("name"), "misfit": _("misfit mm")}
+    units = {
+        key: f"{key} {'mm' if key in 'xyz' else units.get(key, '')}".strip() for key in rows[0] if key not in titles
+    }
+    columns = [
+        {"headerName": (titles | units)[key], "field": key, "sortable": True}
+        for key in ("row", "name", *units, "misfit")
+    ]
+    for column in columns[2:]:
+        column[":valueFormatter"] = decimals(3)
+    table({"columnDefs": columns, "rowData": rows, "defaultColDef": {"flex": 1, "minWidth": 75}}).classes("h-72").props(
+        'data-test="joined"'
+    )

@@ -16,7 +16,7 @@ from fastcal.report.language import _
 from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.project import LIVE, MEASUREMENTS
-from fastcal.studio.shell import EVERY, card, table, told
+from fastcal.studio.shell import EVERY, card, decimals, onward, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -123,6 +123,7 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
         with card(_("So far")):
             sigma = ui.label().classes("studio-number").props('data-test="sigma"')
             count = ui.label().props('data-test="count"')
+            then = onward(_("Next: calibrate on the screen Result"), "/result")
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
         with card(_("σ of a predicted point, over where the arm may work")):
             chart = ui.plotly(pictures.falling([], [], session.goal and from_si(session.goal, "mm"), _("rows kept")))
@@ -137,8 +138,13 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
                     "columnDefs": [
                         {"headerName": _("row"), "field": "row", "maxWidth": 80},
                         {"headerName": _("verdict"), "field": "kind", "maxWidth": 130},
-                        {"headerName": _("off, mm"), "field": "off", "maxWidth": 110},
-                        {"headerName": _("expected below, mm"), "field": "expected", "maxWidth": 170},
+                        {"headerName": _("off, mm"), "field": "off", "maxWidth": 110, ":valueFormatter": decimals(3)},
+                        {
+                            "headerName": _("expected below, mm"),
+                            "field": "expected",
+                            "maxWidth": 170,
+                            ":valueFormatter": decimals(3),
+                        },
                         {"headerName": _("what is wrong"), "field": "text", "flex": 1, "tooltipField": "text"},
                     ],
                     "rowData": [],
@@ -172,6 +178,7 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
         seen["rows"] = len(session.rows)
         pose = await run.io_bound(session.next_pose)
         _fill(session, last, sigma, count)
+        then.visible = session.is_enough
         goal = None if session.goal is None else float(from_si(session.goal, "mm"))
         steps = [(n, float(from_si(value, "mm"))) for n, value in session.history]
         chart.update_figure(pictures.falling([n for n, _ in steps], [v for _, v in steps], goal, _("rows kept")))
@@ -228,7 +235,12 @@ def _fill(session: LiveSession, last: Any, sigma: Any, count: Any) -> None:
         if session.is_enough:
             count.text += _("; goal {goal:g} mm reached: enough", goal=goal)
         else:
-            count.text += _("; about {count} more to {goal:g} mm", count=session.rows_to_go, goal=goal)
+            more = session.rows_to_go
+            count.text += (
+                _("; goal {goal:g} mm", goal=goal)
+                if more is None
+                else _("; about {count} more to {goal:g} mm", count=more, goal=goal)
+            )
 
 
 def _table(session: LiveSession) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import ROBOT
-from fastcal.studio.shell import card, command_line, job_bar, told
+from fastcal.studio.shell import card, command_line, job_bar, onward, told
 from fastcal.studio.space import Box, Space, column, floor
 from fastcal.studio.state import Studio
 from fastcal.units import to_si
@@ -229,7 +229,7 @@ def _poses(
             for file in sorted(project.path(POSES).parent.iterdir()):
                 name = str(file.relative_to(project.folder))
                 ui.link(f"{Path(name).name}", address(name)).props(f'download data-test="file-{file.suffix}"')
-            ui.link(_("Next: measure them on the screen Live"), "/live")
+            onward(_("Next: measure them on the screen Live"), "/live")
     return [draw]
 
 

@@ -25,7 +25,7 @@ from fastcal.robot.robot import Robot
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import INPUTS
-from fastcal.studio.shell import card, command_line, said_by, table, told
+from fastcal.studio.shell import card, command_line, decimals, said_by, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -49,7 +49,8 @@ def build(studio: Studio) -> None:
         found = sorted(folder.iterdir()) if folder.is_dir() else []
         return [f"{INPUTS}/{path.name}" for path in found if path.suffix.lower() in _ENDINGS[:-2]]
 
-    with card(_("Which program, by which model")), ui.row().classes("items-end gap-4"):
+    hint = _("RAPID (.mod), KRL (.src with its .dat), TP (.ls) or URScript (.script).")
+    with card(_("Which program, by which model"), hint), ui.row().classes("items-end gap-4"):
 
         async def arrived(event: events.UploadEventArguments) -> None:
             with told():
@@ -57,9 +58,8 @@ def build(studio: Studio) -> None:
                 source.set_options(programs(), value=name if name in programs() else None)
             upload.reset()
 
-        upload = ui.upload(label=_("Drop a program (.mod, .src + .dat, .ls, .script)"), auto_upload=True, multiple=True,
-                           on_upload=arrived)  # fmt: skip
-        upload.props('flat bordered data-test="drop-program"').classes("w-80")
+        upload = ui.upload(label=_("Drop a program"), auto_upload=True, multiple=True, on_upload=arrived)
+        upload.props('flat bordered data-test="drop-program"').classes("w-60")
         there = programs()
         source = ui.select(there, value=there[0] if there else None, label=_("Program")).classes("w-64")
         model = ui.select(models, value=models[0], label=_("Model")).classes("w-56")
@@ -144,6 +144,8 @@ def _shown(
                 "turn": _("largest joint change, °"),
             }
             columns = [{"headerName": title, "field": key, "flex": 1} for key, title in titles.items()]
+            for column, places in zip(columns[2:], (3, 4), strict=True):
+                column[":valueFormatter"] = decimals(places)
             if len(rows) > _FEW:
                 table({"columnDefs": columns, "rowData": rows}).classes("h-96")
             else:

@@ -8,19 +8,23 @@ from typing import Any
 
 from nicegui import ui
 
+from fastcal.effects.entries import identity_options, traits_of
 from fastcal.io.atomic import write_bytes
 from fastcal.io.measurements import load_measurements
 from fastcal.io.results import read_json
 from fastcal.io.robot_file import load_robot
+from fastcal.report.diagnosis_words import short_name
 from fastcal.report.formatting import significant
 from fastcal.report.language import _
+from fastcal.report.tables import capitalised
 from fastcal.robot.dropped_effects import name_of
+from fastcal.robot.robot_spec import Spec
 from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import ROBOT
 from fastcal.studio.screens.plan import POSES
-from fastcal.studio.shell import card, command_line, job_bar, told
+from fastcal.studio.shell import card, command_line, job_bar, onward, told
 from fastcal.studio.state import Studio
 
 CALIBRATION, DIAGNOSIS = "calibration", "diagnosis"
@@ -40,7 +44,8 @@ def build(studio: Studio) -> None:
             ui.link(_("To the screen Live"), "/live")
         return
 
-    with card(_("Run")):
+    hint = _("Calibrate fits the geometry and the effects that are named; Diagnose finds out which there are.")
+    with card(_("Run"), hint):
         with ui.row().classes("items-end gap-4"):
             source = ui.select(data, value=data[0], label=_("Measurements")).classes("w-56")
             effects = ui.input(_("Effects"), value=project.answers.get("effects", "geometry")).classes("w-72")
@@ -70,7 +75,7 @@ def build(studio: Studio) -> None:
         there.sort(key=lambda out: project.path(f"{out}/report.html").stat().st_mtime, reverse=True)
         if not there:
             return
-        ui.link(_("Next: compensate a robot program on the screen Program"), "/program").props('data-test="next"')
+        onward(_("Next: compensate a robot program on the screen Program"), "/program")
         with ui.tabs().props("align=left") as tabs:
             for out in there:
                 ui.tab(out, label=_(_TABS[out]))
@@ -116,14 +121,21 @@ def _apart(studio: Studio) -> None:
 def _switches(studio: Studio, out: str, source: Any) -> None:
     """The effects of a model as switches; the rest is fitted again as one is turned."""
     model = f"{out}/model.yaml"
-    entries = load_robot(studio.project.path(model)).entries
-    names = [name_of(entry) for entry in entries]
+    names = {
+        name_of(entry): _switched(entry)
+        for entry in load_robot(studio.project.path(model)).entries
+        if traits_of(entry["effect"]).role != "nuisance"  # what the loads may be wrong by is no cause of its own
+    }
     if not names:
         return
     gaps = _known(studio, out)
-    with card(_("Without an effect"), _("Turn an effect off; the others are fitted again in the background.")):
-        with ui.row().classes("items-center gap-4"):
-            switches = {name: ui.switch(name, value=True).props(f'data-test="switch-{name}"') for name in names}
+    folded = ui.expansion(_("What does each effect do?"), icon="toggle_on").classes("w-full border rounded mb-2")
+    with folded.props('data-test="without" header-class="font-medium"'):
+        ui.label(_("Turn an effect off; the others are fitted again in the background."))
+        with ui.row().classes("items-center gap-x-6 gap-y-0"):
+            switches = {
+                name: ui.switch(text, value=True).props(f'data-test="switch-{name}"') for name, text in names.items()
+            }
 
         def refit() -> None:
             off = [name for name in names if not switches[name].value]
@@ -135,7 +147,7 @@ def _switches(studio: Studio, out: str, source: Any) -> None:
 
         def show(result: dict[str, Any]) -> None:
             off = [name for name in names if not switches[name].value]
-            name = _("without {effects}", effects=", ".join(off)) if off else _(_ALL)
+            name = _("without {effects}", effects=", ".join(names[each] for each in off)) if off else _(_ALL)
             gaps[name] = result["after_mm"]
             chart.update_figure(_bars(gaps))
             left.text = f"{name}: {significant(result['after_mm'], 4)} mm"
@@ -143,6 +155,15 @@ def _switches(studio: Studio, out: str, source: Any) -> None:
         job_bar(studio, f"{REFIT}-{out}", show)
         for switch in switches.values():
             switch.on_value_change(refit)
+
+
+def _switched(entry: Spec) -> str:
+    """An effect in words, with what tells it from another of its kind and place."""
+    options = ", ".join(
+        f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in identity_options(entry).items()
+    )
+    return capitalised(short_name(entry["effect"], entry["owner"], options))
 
 
 def _known(studio: Studio, out: str) -> dict[str, float]:

@@ -100,7 +100,7 @@ def rows_that_share_a_posture_are_no_outliers() -> None:
 @falls_with(ALPHA_NOISE=0.99)
 def a_claim_is_wrong_where_chance_makes_it_so_in_one_of_a_hundred() -> None:
     """Of 300 degrees of freedom, chi square / 300 lies between 0.80 and 1.22 in 99 of 100."""
-    left = [RichFit(NONE, NONE, np.full(300, ms), np.ones(300)) for ms in (0.75, 0.85, 1.15, 1.28)]
+    left = [RichFit(NONE, NONE, np.full(300, np.sqrt(ms)), np.ones(300)) for ms in (0.75, 0.85, 1.15, 1.28)]
     assert list(map(noise._agreement, left)) == [-1, 0, 0, 1]
 
 
