@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The fit that a calibration reports: free, or held where poses are few, and what its residuals say against it."""
+"""The fit that a calibration reports (free, or held near nominal if poses are few) and the checks of its residuals."""
 
 from __future__ import annotations
 

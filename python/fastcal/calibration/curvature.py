@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Is a fit straight as far as its intervals reach? Else other parameters follow along a curve, and hide in it.
+"""Is the fit linear within its confidence intervals? If not, other parameters follow the curvature.
 
 From theta along the directions v of the free parameters that rows show least, to the ends of their 95 % intervals,
 d = +-1.96 s v with |J v| = 1, the whitened residuals r leave their straight line by
@@ -65,7 +65,9 @@ def is_bent(size: float) -> bool:
 def bend_caveat(size: float, *, follows: bool) -> str:
     """That deviations are those of a straight fit; and intervals, unless these follow the curve."""
     what = (
-        said("intervals follow the curve, but the stated deviations are those of its tangent")
+        said(
+            "the intervals account for the curvature, but the stated standard deviations are those of the linearization"
+        )
         if follows
         else said("the stated deviations and intervals are too narrow")
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What was meant where pictures and arm do not agree: another board, lens, unit, order, sign or frame than was given.
+"""Misinterpretation that explains why pictures and arm disagree: another board, lens, unit, order, sign or frame.
 
 A picture by itself says whether its corners can be those of this board: the homography of a grid holds for one number
 of corners to a row. With the arm, poses A_i of what

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Signs in the residuals that the fit is wrong: noise with memory, a part that moved, a missing effect."""
+"""Checks of the residuals: correlated noise, a move between rows, a missing effect."""
 
 from __future__ import annotations
 
@@ -330,7 +330,7 @@ def _shared(
         return None, "", None
     note = (
         f"errors of rows that were measured in one posture, one after the other, are alike ({shared.rho:.2f}): "
-        f"what the arm misses there counts once, and the stated deviations allow for it"
+        f"the arm's error there counts once, and the stated deviations allow for it"
     )
     return shared, note, lambda values: whitened(values, row, stay, shared.rho)
 

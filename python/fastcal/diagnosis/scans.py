@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Effects with a number of their own that no fit finds: where a jump is, a period, a time constant, a lag.
+"""Scans for parameters that a fit cannot find: the row of a jump, a period, a time constant, a lag.
 
 Each is scanned over a grid by score tests at a fit, one projection for all; the number of looks multiplies the p value
 (trials factor; E. Gross, O. Vitells 2010), and what would be left is the noise that it must stand out of: beside a
