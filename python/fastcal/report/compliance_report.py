@@ -46,7 +46,7 @@ def compliance_page(found: Compliance, robot_name: str, language: str = "en") ->
 def _sentence(bent: list[str], level: float) -> str:
     if not bent:
         return _(
-            "No joint has a corner that is certain at p < {level:g}: each gives in proportion to its torque.",
+            "No joint has a corner that is certain at p < {level:g}: each deflects in proportion to its torque.",
             level=level,
         )
     joints = ", ".join(map(in_words, bent))
@@ -60,9 +60,8 @@ def _tiles(found: Compliance) -> list[tuple[str, str, str]]:
         entries = {entry.name: entry for entry in found.pairs.parameters if entry.owner == own.owner}
         name, unit = ("critical_nm", "N m") if own.bent else ("compliance_rad_nm", "nrad/(N m)")
         factor = 1.0 if own.bent else _NANO
-        std, value = with_uncertainty(
-            None if entries[name].std is None else factor * entries[name].std, factor * entries[name].value
-        )
+        entry = entries[name]
+        std, value = with_uncertainty(*(None if size is None else factor * size for size in (entry.std, entry.value)))
         note = _("where it bends") if own.bent else _("compliance")
         tiles.append(
             (capitalised(in_words(own.owner)), f"{value} {unit}", note if std == MISSING else f"± {std}, {note}")
@@ -111,7 +110,7 @@ def _figure(found: Compliance, own: JointCurve) -> Figure:
         figures.points(own.torque, angle, figures.BEFORE, 5, 0.5, hover=hover),
         figures.line(along, law, figures.AFTER, "solid", hover=hover),
     ]
-    drawn = figures.layout(_("torque about the joint (N m)"), _("angle it gives (deg)"))
+    drawn = figures.layout(_("torque about the joint (N m)"), _("deflection (deg)"))
     joint = in_words(own.owner)
-    alt = _("Angle that {joint} gives against the torque about it: every row, and the identified law.", joint=joint)
+    alt = _("Deflection of {joint} against the torque about it: every row, and the identified law.", joint=joint)
     return Figure(f"joint-{own.owner}", capitalised(joint), alt, traces, drawn, columns=6, height=320, key=key)
