@@ -302,7 +302,8 @@ def _places_of_steps(values: FloatArray, too_few: str) -> list[float]:
     inner = np.unique(values)[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP]
     if len(inner) == 0:
         raise InvalidInput(too_few)
-    return inner[np.unique(np.linspace(0, len(inner) - 1, STEP_MOMENTS).round().astype(int))].tolist()
+    places = np.unique(np.linspace(0, len(inner) - 1, STEP_MOMENTS).round().astype(int))
+    return [float(at) for at in inner[places]]
 
 
 def order_of_rows(data: Dataset) -> FloatArray:

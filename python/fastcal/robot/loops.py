@@ -206,7 +206,8 @@ def _loop(entry: Spec, joints: Sequence[Joint]) -> _core.Loop:
     return _core.Loop.pose(
         name=name,
         **ends,
-        **{f"T_{end}_pin": _pin(entry, end) for end in ("from", "to")},
+        T_from_pin=_pin(entry, "from"),
+        T_to_pin=_pin(entry, "to"),
         fixed=[COMPONENTS.index(component) for component in entry["fixed"]],
         knows_from="from_xyz_mm" in entry,
         knows_to="to_xyz_mm" in entry,
