@@ -10,6 +10,7 @@ from typing import Any
 from nicegui import events, run, ui
 
 from fastcal.importers.orientation import CONVENTIONS
+from fastcal.place import joint_position
 from fastcal.report.formatting import significant
 from fastcal.report.language import _
 from fastcal.robots import available
@@ -239,7 +240,7 @@ def _result(studio: Studio, found: reading.Understood) -> None:
     with line:
         ui.button(_("Save the measurements"), on_click=keep, icon="save").props('no-caps data-test="save"')
     kinds = project.robot().joint_types if project.has_robot else []
-    _joined(rows, {f"q{k + 1}": "mm" if kind == "prismatic" else "°" for k, kind in enumerate(kinds)})
+    _joined(rows, {joint_position(k): "mm" if kind == "prismatic" else "°" for k, kind in enumerate(kinds)})
 
 
 def _joined(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
