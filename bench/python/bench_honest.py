@@ -156,9 +156,9 @@ WORDS = {
     "white": "white noise, 60 poses",
     "t3": "Student's t, 3 degrees of freedom",
     "mixed": "a fifth of the rows three times as noisy",
-    "joint noise": "joints that repeat to 0.02 mrad, beside the noise",
-    "joints 0.1": "joints that repeat to 0.1 mrad, beside the noise",
-    "three targets": "three targets in each posture, joints that repeat to 0.1 mrad",
+    "joint noise": "joint repeatability of 0.02 mrad, in addition to the noise",
+    "joints 0.1": "joint repeatability of 0.1 mrad, in addition to the noise",
+    "three targets": "three targets in each posture, joint repeatability of 0.1 mrad",
     "AR(1) 0.8": "neighbouring rows correlated by 0.8",
     "missing effect": "0.3 mrad of sag that the model lacks",
 }
@@ -172,7 +172,12 @@ def table(found: dict[str, Any]) -> str:
     ]
     for name in (name for name in CASES if name in found):
         row = found[name]
-        words = WORDS.get(name, f"{CASES[name].poses} poses, white" if name.startswith("N") else f"{name}, 100 poses")
+        words = WORDS.get(
+            name,
+            f"{CASES[name].poses} poses, white"
+            if name.startswith("N")
+            else f"{name.replace('gross', 'outliers')}, 100 poses",
+        )
         share = f"{100 * row['covered']:.1f} ± {100 * row['standard_error']:.1f} %"
         said = f"{100 * row['said_that_intervals_do_not_hold']:.0f} %"
         rows.append(f"| {words} | {row['sets']} | {row['converged']} | {share} | {row['worst_set']:.0%} | {said} |")

@@ -62,7 +62,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "surrogate": {"_core", *ARM, "calibration"},
     "selection": {"_core", *ARM, "calibration"},
     "ik": {"_core", *ARM},
-    "programs": {"_core", *EDGE, "robot", "ik", "calibration"},
+    "programs": {"_core", *EDGE, "measurements", "robot", "ik", "calibration"},
     "compensation": {"_core", *ARM, "calibration", "ik", "programs"},
     "budget": {"arrays", "errors", "robot"},
     "acceptance": {"_core", *ARM, "calibration", "ik", "programs", "compensation", "budget"},

@@ -43,6 +43,6 @@ FASTCAL_REGISTER_EFFECT("pin_compliance",
                           .place = Place::kJoint,
                           .depends_on = {"load"},
                           .needs_data = "masses in the robot file, or payloads",
-                          .shown_by = "poses and payloads in which the load on the pin changes its size"}})
+                          .shown_by = "poses and payloads in which the load on the pin varies in size"}})
 
 }  // namespace fastcal

@@ -47,7 +47,7 @@ FASTCAL_REGISTER_EFFECT("pin_slack", {make<PinSlack>,
                                        .place = Place::kJoint,
                                        .depends_on = {"load"},
                                        .needs_data = "masses in the robot file, or payloads",
-                                       .shown_by = "poses and payloads in which the load on the pin turns round",
+                                       .shown_by = "poses and payloads in which the load on the pin reverses",
                                        .number = "gap"}})
 
 }  // namespace fastcal

@@ -43,7 +43,7 @@ class PostureBacklash : public LinearEffect {
 
 FASTCAL_REGISTER_EFFECT("posture_backlash", {make<PostureBacklash>,
                                              joint_pair_owners,
-                                             {.phrase = "backlash whose side another joint's position decides",
+                                             {.phrase = "backlash whose direction depends on another joint's position",
                                               .role = Role::kScanned,
                                               .place = Place::kJoint,
                                               .depends_on = {"q{m}"},

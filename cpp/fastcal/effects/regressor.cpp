@@ -63,7 +63,7 @@ FASTCAL_REGISTER_EFFECT("regressor", {make<Regressor>,
                                        .place = Place::kFrame,
                                        .depends_on = {"extra"},
                                        .needs_data = "the column that it names",
-                                       .shown_by = "numbers that vary in the column that it names",
+                                       .shown_by = "varying numbers in the column that it refers to",
                                        .options_from_data = {"size"}}})
 
 }  // namespace fastcal

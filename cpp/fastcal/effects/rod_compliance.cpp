@@ -40,6 +40,6 @@ FASTCAL_REGISTER_EFFECT("rod_compliance",
                           .place = Place::kLoop,
                           .depends_on = {"load"},
                           .needs_data = "masses in the robot file, or payloads",
-                          .shown_by = "poses and payloads in which the pull of the rod changes its size"}})
+                          .shown_by = "poses and payloads in which the force in the rod varies in size"}})
 
 }  // namespace fastcal

@@ -37,13 +37,14 @@ class RodSlack : public LinearEffect {
 
 }  // namespace
 
-FASTCAL_REGISTER_EFFECT("rod_slack", {make<RodSlack>,
-                                      rod_owners,
-                                      {.phrase = "slack in the balls of a rod",
-                                       .place = Place::kLoop,
-                                       .depends_on = {"load"},
-                                       .needs_data = "masses in the robot file, or payloads",
-                                       .shown_by = "poses and payloads in which the rod goes from pull to push",
-                                       .number = "gap"}})
+FASTCAL_REGISTER_EFFECT("rod_slack",
+                        {make<RodSlack>,
+                         rod_owners,
+                         {.phrase = "slack in the balls of a rod",
+                          .place = Place::kLoop,
+                          .depends_on = {"load"},
+                          .needs_data = "masses in the robot file, or payloads",
+                          .shown_by = "poses and payloads in which the rod goes from tension to compression",
+                          .number = "gap"}})
 
 }  // namespace fastcal

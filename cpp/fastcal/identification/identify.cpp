@@ -65,10 +65,10 @@ class Identifier {
       if (!begun_ || (fit_.problem.model.needs() & kLoads) != 0) choose_free(fit_);
       const std::size_t free = fit_.free.size();
       const std::string asked = std::to_string(fit_.asked.size());
-      if (free == 0) return too_few("the measurements fix none of the " + asked + " parameters asked for");
+      if (free == 0) return too_few("the measurements determine none of the " + asked + " requested parameters");
       if (!fit_.claims && !fit_.has_priors() && fit_.options.noise.empty() &&
           fit_.measured_count <= static_cast<double>(free)) {
-        return too_few("what was measured is " + std::to_string(free) + " independent numbers for " + asked +
+        return too_few("there are " + std::to_string(free) + " independent measured numbers for " + asked +
                        " parameters: any robot fits them exactly, and nothing is left to estimate the noise from");
       }
       const CommonNoise chosen_at = fit_.tau;

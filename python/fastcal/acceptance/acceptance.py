@@ -179,7 +179,7 @@ def accept(
 
 def _notes(found: Acceptance) -> list[str]:
     """What a reader of the figures should know."""
-    out = [f"a limit is given for {name}, and nothing was measured that shows it" for name in found.missing]
+    out = [f"a limit is given for {name}, but no measurement determines it" for name in found.missing]
     if found.budget is None:
         out.append(
             "no budget was given: the uncertainties contain the scatter of the visits only; --budget adds what is "

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Does a condition of the rows explain what looks like a move? Payload, forces, temperature, approach, currents.
+"""Does a measured condition explain what looks like a move? Payload, forces, temperature, approach, currents.
 
-Poses without a load, then poses with one, lie elsewhere by what the arm gives: so papers measure, and so does a day
-that grows warm. Before rows are said to lie elsewhere because something moved, each effect that reads a condition which
-varies is fitted beside the parameters, on all joints or links that can have it, to the linearized residuals. Effects
-and a motion of s numbers are compared by n log(cost) + s log n (G. Schwarz 1978).
+If poses without a load are followed by poses with one, or the arm warms up during the measurement, the points shift
+between the two parts although nothing was moved. So before a move is reported, each effect that depends on a varying
+condition is fitted together with the parameters, on all joints or links that can have it, to the linearized residuals.
+Effects and a motion of s parameters are compared by n log(cost) + s log n (G. Schwarz 1978).
 """
 
 from __future__ import annotations

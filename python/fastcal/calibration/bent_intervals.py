@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Intervals of a fit that bends within them: how far each parameter goes before the rows object.
+"""Profile-likelihood intervals, for fits that are not linear within their confidence intervals.
 
-The profile of parameter k is what the rows leave when the others do their best, F_k(u) = min |r(theta)|^2 at
+The profile of parameter k is the least sum of squares over all other parameters, F_k(u) = min |r(theta)|^2 at
 theta_k = u. Its interval ends where
 
     F_k(u) = F (1 + t^2 / (m - p)),   F = |r|^2 of the fit, t Student's for m - p degrees of freedom,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The fit that a calibration reports: free, or held where poses are few, and what its residuals say against it."""
+"""The fit that a calibration reports (free, or held near nominal if poses are few) and the checks of its residuals."""
 
 from __future__ import annotations
 
@@ -122,22 +122,23 @@ def best_fit(problem: CalibrationProblem, way: Way, row_count: int) -> BestFit:
     near = near_fit(part, found) if way.checks and found.status == "converged" else None
     serial, more, caveats = (None, [], []) if near is None else noise_and_posture(near, part, found)
     is_free = not limits and held is None and serial is None
-    follows, bent = (None, []) if near is None else _bent(near, part, is_free=is_free)
-    caveats, more = [*caveats, *bent], [*more, *bent]
+    follows, bent = (None, "") if near is None else _bent(near, part, limits, is_free=is_free)
+    also = [bent] if bent else []
     aside = [*fit.moved, *([] if chosen.why else fit.set_aside)]
-    return BestFit(
-        problem, found, Checks(serial, [*notes, *more], aside, caveats, notes), held, limits, status, message, follows
-    )
+    checks = Checks(serial, [*notes, *more, *also], aside, [*caveats, *also], bent, notes)
+    return BestFit(problem, found, checks, held, limits, status, message, follows)
 
 
-def _bent(near: Residuals, problem: CalibrationProblem, *, is_free: bool) -> tuple[FloatArray | None, list[str]]:
-    """How far intervals reach where the fit bends within them, if nothing but the rows holds it, and the caveat."""
-    size = bend(near, problem)
+def _bent(
+    near: Residuals, problem: CalibrationProblem, limits: dict[str, FloatArray], *, is_free: bool
+) -> tuple[FloatArray | None, str]:
+    """How far the intervals of a fit that bends in them reach, if nothing but the rows holds it, and the caveat."""
+    size = bend(near, problem, limits)
     if not is_bent(size):
-        return None, []
+        return None, ""
     from fastcal.calibration.bent_intervals import reaches  # SciPy takes longer to import than a fit
 
-    return (reaches(near, problem) if is_free else None), [bend_caveat(size, follows=is_free)]
+    return (reaches(near, problem) if is_free else None), bend_caveat(size, follows=is_free)
 
 
 def _held(

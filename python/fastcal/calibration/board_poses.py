@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a flat board is in each picture, without a guess: a homography from its corners, and the pixels' least squares.
+"""Pose of a flat board in each picture, without an initial guess: homography, then least squares in pixels.
 
 The homography H = [h1 h2 h3] of corners (x, y, 1) to directions (X / Z, Y / Z, 1) is c [r1 r2 t] (Z. Zhang, "A flexible
 new technique for camera calibration", 2000); the rotation nearest to [r1 r2 r1 x r2] starts the fit.

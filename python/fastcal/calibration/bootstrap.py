@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How far identified parameters spread without a formula: the same calibration of rows whose errors are turned around.
+"""Bootstrap of a calibration: spread of the parameters when the signs of the residuals are flipped at random.
 
 The wild bootstrap: row i gets x_i* = f_i + v_i k (x_i - f_i), f the fit, v_i = +1 or -1 by chance, k^2 the measured
 numbers over the degrees of freedom, since a fit leaves less than the noise; of several kinds of reading each has its k.

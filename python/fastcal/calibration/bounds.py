@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Parameters that ended on a bound of what they can be: where the data alone would have them, and what may be claimed.
+"""Parameters that ended at a bound: their unconstrained estimate, and the interval that may be stated.
 
 A compliance cannot be negative. Where noise pulls its estimate below 0 it stays on 0, and a symmetric interval around 0
 describes no estimate at all. Stated instead is the estimate without the bound, to first order x - (J^T W J)^-1 J^T W r,
@@ -44,13 +44,14 @@ class Bound:
         out = value - self.unbounded if self.side == "lower" else self.unbounded - value
         beyond = out / self.std if self.std > 0 else np.inf
         text = (
-            f"{name} is held at its {self.side} bound {value:.4g} {unit}; without it the data give {self.unbounded:.3g}"
+            f"{name} is held at its {self.side} bound {value:.4g} {unit}; "
+            f"unconstrained, the data give {self.unbounded:.3g}"
         )
         if out <= 0:  # to first order, and the fit is not linear
-            return f"{text}, which it allows: noise decides, and its interval is one-sided"
+            return f"{text}, within its bound: the sign is decided by noise, and the interval is one-sided"
         if beyond <= NOISE_EXPLAINS:
             return f"{text}, {beyond:.1f} standard deviations beyond it, so its interval is one-sided"
-        return f"{text}, which noise does not explain: another effect may be missing, and no interval is stated for it"
+        return f"{text}, which noise cannot explain: another effect may be missing, and no interval is stated for it"
 
 
 def bounds_reached(

@@ -155,7 +155,7 @@ def calibrate(
     test = None if test is None else of_unknown_order(as_data(test, robot))
     origin = made_by(robot, given, who)
     report = progress or (lambda text: None)
-    report(said("looking at the columns"))
+    report(said("checking the columns"))
     robot, of_lenses = with_started_lenses(robot, data)
     looked = judged_pictures(robot, data, mend=mend, threads=threads) if checks else Pictures(data)
     looked = replace(looked, notes=(*of_lenses, *looked.notes))
@@ -255,6 +255,7 @@ def calibrate(
         test=tested,
         misfits=misfits,
         caveats=seen.caveats,
+        bent=seen.bent,
         doubts=doubts,
         shape=shape,
         notes=[
@@ -292,7 +293,7 @@ def _none_of_poses(robot: Robot, effects: str | Sequence[str], parameters: Seque
     """The parameters of an arm of which only the flange's pose is known: it has none."""
     if parameters or effects not in ("geometry", "", [], ["geometry"]):
         raise InvalidInput(
-            f"{robot.name} is known by the poses of its flange alone (robot: pose): it has nothing of its own to "
+            f"{robot.name} is known only by the poses of its flange (robot: pose), so it has no parameters to "
             "identify; give the arm's file and its joint positions for that"
         )
     return []
@@ -304,5 +305,5 @@ def _notes(model: Robot, data: Dataset) -> list[str]:
     out = [note for note in data.notes if not any(note.startswith(f"column '{name}' is not known") for name in used)]
     sided = [column for effect in model.effects for column in effect.data_columns if column.startswith("approach")]
     if sided and data.approach is None:
-        out.append("there is no approach column: the direction of each joint is that from the row before")
+        out.append("there is no approach column: the direction of approach of each joint is taken from the row before")
     return out

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How surely each camera's place on its arm, or in the room, is known; and what the motions left open.
+"""Uncertainty of each camera's pose on its arm or in the room, and the directions that the motions do not determine.
 
 With C the covariance of the camera's shift d and turn w in its own axes, |d| is below a bound with 95 % probability:
 
     |d|^2 ~ g h F(h, freedom),   h = (tr C)^2 / tr C^2,   g = tr C / h          (F. E. Satterthwaite, 1946)
 
-and so for |w|, and for a point p before the camera, which moves by d + w x p. What no motion shows is looked for with
-the arm as it was found: camera, board and lens alone. Motions without turns leave the camera's place open, turns about
-one axis its place along that axis.
+and so for |w|, and for a point p before the camera, which moves by d + w x p. Undetermined directions are found with
+the identified arm held fixed: camera, board and lens only. Motions without rotation leave the camera's pose
+undetermined, rotations about one axis its position along that axis.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from fastcal.units import from_si
 
 LEVEL = 0.95
 EXCHANGED = 3.0  # times nearer to the other's place in the file than to its own
-ONE_AXIS = "turn what carries camera or board about another axis too, by 30 degrees and more"
-TWO_AXES = "turn what carries camera or board about two axes across each other, by 30 degrees and more"
+ONE_AXIS = "rotate whatever carries the camera or the board about a second axis too, by 30 degrees or more"
+TWO_AXES = "rotate whatever carries the camera or the board about two non-parallel axes, by 30 degrees or more"
 _KNOWN_TO = 10.0  # plausible sizes, GaugeOptions::practical_limit of the core: beyond it nothing is known
 _ROUNDING = 1e-12  # of the best known direction's information
 _LEVER = 0.3  # [m] at which a turn counts as a shift
@@ -80,7 +80,7 @@ class CameraPlace:
         """In words."""
         where = f"camera {self.camera} on {self.frame}"
         if self.undetermined:
-            return f"{where}: {', '.join(self.undetermined)} undetermined, as the pictures were taken; {self.motion}"
+            return f"{where}: {', '.join(self.undetermined)} undetermined by these pictures; {self.motion}"
         arm = ", with the arm of model.yaml" if self.with_arm else ""
         shift, turn, point = (
             from_si(self.within, "mm"),

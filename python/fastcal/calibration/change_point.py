@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""When was the base knocked, or moved and put back? Every moment between two rows is tried on the linearized problem.
+"""Row at which the base was knocked, or moved and put back: every row is tested on the linearized problem.
 
 With the other parameters projected out, a step at t leaves  |r|^2 - b(t)^T A(t)^-1 b(t);  A (6, 6) and b (6,) are sums
 over the rows from t on, so all moments together cost one pass. (Change-point by least squares: D. Hinkley, "Inference

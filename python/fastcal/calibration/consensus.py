@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which rows agree with one another far better than all do? A search for gross rows that a robust fit cannot leave.
+"""Search for a consistent subset of rows, for gross errors that a robust fit cannot reject.
 
 A redescending loss finds the fit nearest to its start. Where four rows in ten are gross in the same way, or most rows
 are, the start lies between the two, and the fit ends at a noise that hides them all. So the linearized problem is

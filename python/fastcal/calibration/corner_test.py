@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Does a straight line bend somewhere? The largest of many nested F tests, with the chances of the largest.
+"""Does a straight line have a corner? The largest of many nested F tests, with the null distribution of that maximum.
 
 Without a corner its place means nothing, so that the F statistic of the best place has no F distribution (R. B. Davies
 1977): searched for, a corner comes out significant far too often. Here the distribution of the largest is drawn.

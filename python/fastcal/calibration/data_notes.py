@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What measured rows cover and what they leave open: ranges, directions that were held, data that are thin."""
+"""Notes on the coverage of the data: ranges, directions held at nominal, too little data."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def shared_row_notes(parts: Iterable[Dataset], test: Dataset) -> list[str]:
         return []
     which = "all its rows are" if count == len(test) else f"{count} of its {len(test)} rows are"
     return [
-        f"{test.source}: {which} among the rows of the fit; its error says little about poses that the fit has not seen"
+        f"{test.source}: {which} among the rows of the fit; its error says little about unseen poses"
     ]
 
 

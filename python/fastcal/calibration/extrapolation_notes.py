@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a model goes beyond what it was fitted on, in words: profiles and drifts outside theirs, joints never moved."""
+"""Warnings about extrapolation: joint profiles and drifts outside their range, joints that never moved."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _beyond_its_times(entry: Spec, data: Dataset) -> list[str]:
         return []
     return [
         f"the time is outside the {options['first']:.6g} to {options['last']:.6g} s that {label(entry)} was fitted on "
-        f"in {int(outside.sum())} rows; there it stands still"
+        f"in {int(outside.sum())} rows; there it is held constant"
     ]
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Geometry beside joint profiles: what both can explain is geometry's.
+"""Geometry together with joint profiles: what both can explain is assigned to the geometry.
 
 Over the joints' ranges in the data smooth curves of every joint's error do much of what lengths and angles do. Fitted
 together, what the model lacks moves the two far apart, in opposite directions that nobody notices until a joint leaves

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Gross rows that a robust fit could not leave: a fit of the rows that agree, or a refusal where no majority does."""
+"""Gross errors that a robust fit cannot reject: a fit to the consistent rows, or a refusal if there is no majority."""
 
 from __future__ import annotations
 

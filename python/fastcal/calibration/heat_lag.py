@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How late heat reaches the metal: the time constant of a first-order filter, by what it leaves of the measurements."""
+"""Thermal lag: the time constant of a first-order filter that minimizes the residuals."""
 
 from __future__ import annotations
 

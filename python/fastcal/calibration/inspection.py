@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What to say about measurements before they are used: columns that were meant otherwise, joints read back."""
+"""Checks of the measurements before they are used: misinterpreted columns, joint positions read back."""
 
 from __future__ import annotations
 

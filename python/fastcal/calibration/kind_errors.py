@@ -3,7 +3,7 @@
 """Errors of each kind of reading: how far points, turns, lengths, heights and tilts are from what a model predicts.
 
 A reading is what one instrument says of one row: a whole point, an orientation, a length, a touch, the two tilts of a
-level. Its error is the length of what is predicted less measured [m or rad].
+level. Its error is the length of predicted minus measured [m or rad].
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Kinds of reading that do not belong to the others: the noise of each is estimated, so worthless ones are calm.
+"""Kinds of reading that contradict the others: as the noise of each is estimated, they would merely seem noisy.
 
 Held against what would be if the readings were of other poses (their joints spread as they do), against the kind by
 itself in a frame of its own, against before the fit, and against what the kind claims of itself. All by medians: where
@@ -96,7 +96,7 @@ def _misfit(
             frame = f", turned by {kind.text(turn, 3)}" if turn > 0 else ""
             return (
                 f"{what} {kind.text(after, 3)} and by {kind.text(alone)} by themselves: they are in "
-                f"another frame{frame}, or were read another way"
+                f"another frame{frame}, or follow another convention"
             )
     if unrelated > _MOVES and after > UNRELATED * unrelated:
         return f"{what} {kind.text(after, 3)}{was}, as readings of other poses would"

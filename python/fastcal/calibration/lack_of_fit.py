@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Does what a fit leaves depend on the posture? A score test, without a fit of anything.
+"""Do the residuals depend on the posture? A score test that needs no further fit.
 
 Every joint may err as a smooth function of any joint, of sums and differences of neighbours, of the payload and of the
 directions of approach: columns Z, the fit's own J projected out. T = |Z^T r|^2 / |r|^2 is large where many of them, or

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What corners say of a lens that the file calls known: its derivatives beside those of the fit, and a test.
+"""Do the corners contradict intrinsics that the file calls known? A score test with the derivatives of the lens.
 
 With r the whitened residuals of the fit, J its columns and H those of focal length, centre and distortion,
 

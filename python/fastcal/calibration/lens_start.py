@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The lens of a camera from its pictures of flat boards alone, where a fit that identifies it has no better start.
+"""Initial estimate of a camera's intrinsics from pictures of flat boards alone.
 
 Of a row of focal lengths that is taken with which the boards' poses leave the least; Levenberg's and Marquardt's steps
 then find focal lengths, centre, distortion and poses together. A picture's own six columns are eliminated from the

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How each measured number moves with each joint, whatever it is a number of: by differences of its observation."""
+"""Derivative of every measured number by every joint position, by differences of its observation."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Calibration on rows in files: some rows that are looked at, and what is judged on all of them."""
+"""Calibration on rows in files: checks on a sample of rows, statistics over all of them."""
 
 from __future__ import annotations
 

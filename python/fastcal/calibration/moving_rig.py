@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Cameras and boards that are not where the joints say: late pictures, a mount that gives, something that was knocked.
+"""Cameras and boards that deviate from the commanded pose: delayed pictures, a compliant mount, a knock.
 
 With the joints' speeds dq/dt the frame F that a camera or board stands on moves by the body twist
 

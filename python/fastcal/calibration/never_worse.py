@@ -154,12 +154,12 @@ def _frames_only(problem: CalibrationProblem, found: _core.Identification) -> Ch
         return Chosen(problem, found)
     if found.status == "too_few_equations":
         return Chosen(alone, again, f"{found.message}; base and tool alone are fitted", frames_only=True)
-    why = f"what was asked for could not be identified: the fit {_reason(found)}; base and tool alone are fitted"
+    why = f"the requested parameters could not be identified: the fit {_reason(found)}; base and tool alone are fitted"
     return Chosen(alone, again, why, frames_only=True)
 
 
 def _reason(found: _core.Identification) -> str:
-    return "did not converge" if found.status != "converged" else "misses its own rows by more than the nominal arm"
+    return "did not converge" if found.status != "converged" else "has larger errors than the nominal arm"
 
 
 def _is_worse(errors: Errors, found: _core.Identification, left_out: IndexArray, judged: BoolArray) -> bool:

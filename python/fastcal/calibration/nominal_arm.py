@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The arm before calibration: nominal, with all that the measurements leave free fitted to them.
+"""The arm before calibration: nominal, with everything fitted that the measurements leave free.
 
-Base and tool, and anchors, planes and mountings where something hangs on them: what then is left measures the arm and
-not where the instrument stood.
+Fitted are base and tool, and anchors, planes and mountings where needed, so that the remaining error measures the arm
+and not the position of the instrument.
 """
 
 from __future__ import annotations

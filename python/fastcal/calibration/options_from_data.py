@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: MIT
 """What an effect takes from the data and robot that it is first fitted on and keeps: origins, labels, ranges.
 
-Temperature and time count from the middle of the data: there the geometry stands as it is identified, and is least
-entangled with the effect. An effect that is known from the first row to the last only covers, once it is fitted to
-other data as well, all of them.
+Temperature and time are counted from the middle of the data: there the geometry is as identified, and least correlated
+with the effect. An effect whose range is that of its data covers, once it is fitted to further data, all of them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What instruments other than a tracker would read of an arm: levels, wires, planes that are touched."""
+"""Simulated readings of instruments other than a tracker: levels, wires, touched planes."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What is known of parameters before any data: their bounds, and Gaussian priors where they are asked for."""
+"""Prior knowledge of parameters: their bounds, and Gaussian priors if requested."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What the core identified, for a result: the table of parameters, what moves together."""
+"""The identified parameters as a table for the result, and the correlated ones."""
 
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
 """Compliances from poses that were measured with several payloads: whatever does not react to load cancels.
 
 The position-distance method of the RX160L paper, equations 12 and 13: in the difference of two points of one posture
-under two payloads geometry, gears and all that is the same for both cancel, and what is left is the compliance's answer
-to the difference of the loads. Here a posture may have any number of payloads, each row is compared with its posture's
+under two payloads geometry, gear errors and everything common to both cancel, which leaves the deflection due to the
+difference of the loads. Here a posture may have any number of payloads, each row is compared with its posture's
 mean, so that no row is used twice, and the answer is the whole model's, at equilibrium:
 
     sum over rows |e_i - mean e of its posture|^2 -> min over the effects' parameters,  e = p(q, payload, theta) - point

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What carries cameras and boards, and how else the rows of its postures may have been meant."""
+"""The arm that carries cameras and boards, and alternative interpretations of its rows."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def meant_by_poses(arm: FloatArray, S: FloatArray, *, in_room: bool = False) -> 
     for slip in SLIPS[1:]:
         rows = np.arange(max(slip, 0), len(A) + min(slip, 0))
         if len(rows) > FEWEST:
-            tried.append((f"did the board's poses slip by {slip} rows", A[rows - slip], S[rows]))
+            tried.append((f"are the board's poses shifted by {slip} rows", A[rows - slip], S[rows]))
     if (ratio := length_ratio(A, S)) is not None:
         words = f"are the board's lengths {1 / ratio:.4g} times those of the arm, one in another unit"
         tried.append((words, A, with_lengths(S, ratio)))

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Was a camera or a board knocked between two pictures? From the poses of the board in them, with the arm as it is.
 
-With X and Y of A_i X S_i = Y what a picture is off is the twist e_i = log(Y^-1 A_i X S_i). A change of the camera's
+With X and Y of A_i X S_i = Y, the error of a picture is the twist e_i = log(Y^-1 A_i X S_i). A change of the camera's
 place moves it by Ad(S_i^-1) dx, one of the board's by -dy; the rows from which either did are looked for as those of a
-tracker that moved (`shifted_rows`). What the arm itself is off is not known here: a knock must explain nearly all.
+tracker that moved (`shifted_rows`). The arm's own error is unknown here, so a knock must explain nearly everything.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def knock_note(view: View, arm: Arm) -> str | None:
     first = " and ".join(str(row) for row in shift.firsts)
     return (
         f"from row {first} on camera {view.names[0]} or board {view.names[1]} stands elsewhere, by about "
-        f"{from_si(shift.size, 'mm'):.2g} mm: it was knocked; `fastcal diagnose` tells which, and mends it"
+        f"{from_si(shift.size, 'mm'):.2g} mm: it was knocked; `fastcal diagnose` tells which and corrects it"
     )
 
 

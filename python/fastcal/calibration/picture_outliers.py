@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What is wrong with pictures that were found to be outliers: their corners, or the posture in which they were taken.
+"""Cause of outlying pictures: their corners, or the posture in which they were taken.
 
 A board's own pose, found from one picture alone, leaves of it what its corners miss each other by. Where that is far
 more than usual, the picture is blurred, clipped or misread; where it is not, the arm was elsewhere.

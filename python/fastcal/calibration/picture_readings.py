@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What was meant where pictures and arm do not agree: another board, lens, unit, order, sign or frame than was given.
+"""Misinterpretation that explains why pictures and arm disagree: another board, lens, unit, order, sign or frame.
 
 A picture by itself says whether its corners can be those of this board: the homography of a grid holds for one number
 of corners to a row. With the arm, poses A_i of what
@@ -34,10 +34,11 @@ _TRIED = 40  # pictures, spread over all
 _GLANCED = 12  # of them, for a lens
 _LOOKED = 3  # readings of a kind that are looked at closely, those that fit best at a glance
 _ALIKE = 1.5  # times: pictures that miss two drawings by so little more do not tell them apart
-_NOT_TOLD = (
+MEASURE_BOARD = (
     "these pictures fit each: measure the squares of the board, and take pictures slanted by 30 degrees about several "
     "axes, at two distances"
 )
+_NOT_THE_LENS = "its pictures do not fit the lens of the file:"
 _WHOLE = 0.03  # by which a ratio may miss that of two units, or of two sizes of picture
 _UNITS = {factor(unit) / factor("mm"): text for unit, text in (("m", "in m"), ("in", "in inches"))}
 _UNITS |= {10.0: "in cm", 100.0: "100 times too small"}
@@ -196,7 +197,7 @@ def meant_with_arm(view: View, arm: Arm, others: Mapping[str, Spec]) -> str | No
     if len(named) == 1:
         return f"{view.shown}: {found[order[0]].words}"
     both = "; or ".join(named.values())
-    return f"{view.shown}: {both}; {_NOT_TOLD}"
+    return f"{view.shown}: {both}; {MEASURE_BOARD}"
 
 
 def _fits(reading: _Reading) -> float:
@@ -281,8 +282,7 @@ def _lenses(view: View, others: Mapping[str, Spec]) -> Iterator[tuple[str, Spec]
     yield "is its centre_px y before x?", _with_lens(camera, focal, centre[::-1])
     yield "has its distortion the other sign?", {**camera, "distortion": [-k for k in camera["distortion"]]}
     for ratio in _FOCAL:
-        words = f"they fit a focal length about {ratio:.2g} times that of the file"
-        yield words, _with_lens(camera, focal * ratio, centre)
+        yield _focal(ratio), _with_lens(camera, focal * ratio, centre)
 
 
 def _lens_of(camera: Spec) -> dict[str, Any]:
@@ -300,7 +300,7 @@ def _readings(
     camera, board, uv = view.camera, view.board, view.uv
     A = arm.between(camera, board)
     if (scale := length_ratio(A[rows], S)) is not None:
-        yield _Reading("board", _scaled(scale), A[rows], with_lengths(S, scale), camera, uv[rows], scale)
+        yield _Reading("board", size_of(scale), A[rows], with_lengths(S, scale), camera, uv[rows], scale)
     whose = (
         f"is camera {view.names[0]} on {{}} and board {view.names[1]} on {{}}, not on {camera['on']} and {board['on']}?"
     )
@@ -316,8 +316,7 @@ def _readings(
         some[rows[:: max(1, len(rows) // _GLANCED)]] = uv[rows[:: max(1, len(rows) // _GLANCED)]]
         for words, lens in _lenses(view, others):
             of, T = view.poses(lens, some)
-            said = f"its pictures do not fit the lens of the file: {words}"
-            yield _Reading("lens", said, A[of], T, {**camera, **lens}, uv[of])
+            yield _Reading("lens", f"{_NOT_THE_LENS} {words}", A[of], T, {**camera, **lens}, uv[of])
     width = float(camera["size_px"][0])
     across = np.stack([width - 1 - uv[..., 0], uv[..., 1]], axis=-1)
     for words, turned in (
@@ -338,7 +337,7 @@ def _glance(A: FloatArray, S: FloatArray) -> float:
     return float(np.median(np.linalg.norm(A @ X @ S - Y, axis=(1, 2))))
 
 
-def _scaled(scale: float) -> str:
+def size_of(scale: float) -> str:
     """What a board is that the arm sees so many times as large as the file has it."""
     seen = f"seen with this arm the board is {scale:.4g} times as large as its file says:"
     for unit, text in _UNITS.items():
@@ -347,3 +346,12 @@ def _scaled(scale: float) -> str:
         if abs(scale * unit - 1) < _WHOLE:
             return f"{seen} are its lengths, or those of the arm, in another unit?"
     return f"{seen} measure its squares"
+
+
+def focal_of(ratio: float) -> str:
+    """What is said of a camera whose pictures fit so many times its focal length."""
+    return f"{_NOT_THE_LENS} {_focal(ratio)}"
+
+
+def _focal(ratio: float) -> str:
+    return f"they fit a focal length about {ratio:.2g} times that of the file"

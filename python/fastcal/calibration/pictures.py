@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Pictures that cannot be what the table says: of another row's posture, or of a board read from another corner.
+"""Pictures assigned to the wrong row, and boards read from the wrong corner.
 
 Each picture is held against every row's posture, in all orders of its corners, with cameras and boards where a start
 that does not mind such pictures puts them. One that fits another way JUDGED times better, and about as well as pictures
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.inspection import ACCEPT
+from fastcal.calibration.lens_or_size import other_sizes
 from fastcal.calibration.picture_arm import arm_of
 from fastcal.calibration.picture_knocks import knock_note
 from fastcal.calibration.picture_outliers import rows_in_words
@@ -47,8 +48,8 @@ ABOUT = 4.0  # times the median picture: an arm as it is drawn misses some pictu
 SECOND = "corner_again"  # of a data set: second pictures of a camera and board in their rows
 FEWEST = 4  # pictures of a camera and a board, from which a few can be told from the many
 _LISTED = 12  # rows that a sentence names
-_OTHER_END = "it was read from its other end, turned by 180 degrees; its corners are renumbered there"
-_MIRRORED = "its corners are in mirrored order; they are renumbered there"
+_OTHER_END = "it was read from its other end, rotated by 180 degrees; its corners are renumbered"
+_MIRRORED = "its corners are in mirrored order; they are renumbered"
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,12 @@ def judged_pictures(
     found = judged(robot.description, data.observed, ways, mend=mend, arm=arm)
     if found.notes:
         data = replace(data, observed={**data.observed, CORNERS: found.uv})
-    return Pictures(data, found.notes, found.meant)
+    other = None if arm is None else other_sizes(robot, data, threads)
+    if other is None or (found.meant and not other.several):
+        return Pictures(data, found.notes, found.meant)
+    if other.mistaken:
+        return Pictures(data, found.notes, (other.text,))
+    return Pictures(data, (*found.notes, other.text), found.meant)
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +207,7 @@ def _judged_view(
             uv[picture.fits] = picture.uv[order[picture.order]]
     notes += _renumbered(view.shown, placed)
     if moved:
-        done = "they are put there" if mend else "they are left out; --mend puts them where they fit"
+        done = "they are put there" if mend else "they are left out; --mend moves them to the rows where they fit"
         notes.append(_of_other_rows(view.shown, rows, fits, done))
     knocked = None if arm is None else knock_note(replace(view, uv=uv), arm)
     return Judged(uv, (*notes, *([] if knocked is None else [knocked])), ())
@@ -239,7 +245,7 @@ def _of_other_cameras(rig: Seeing, uv: FloatArray, drawn: FloatArray, *, mend: b
             first = uv[rows, parts[0]].copy()
             uv[rows, parts[0]] = uv[rows, parts[1]] if mend else np.nan
             uv[rows, parts[1]] = first if mend else np.nan
-            done = "they are put right" if mend else "they are left out; --mend puts them right"
+            done = "they are put right" if mend else "they are left out; --mend exchanges them"
             yield f"cameras {a} and {b} have each other's pictures of board {board} in {rows_in_words(rows)}; {done}"
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Test poses at stations, sockets or planes that no fit has seen: the model is judged where they put these."""
+"""Test poses at stations, sockets or planes that were not in the fit: these are located from the test poses."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where the nominal arm fits what was measured best, whatever one of several kinds of reading may be worth.
+"""Best fit of base and tool of the nominal arm, even if one of several kinds of reading is worthless.
 
 The rigid fit weighs a radian like a metre: orientations that are worthless, or another kind, turn base and tool away
 from good points. So where points alone fit them far better, base and tool are theirs, and the others come after.

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Poses dealt out to folds, and how near those lie that were measured one after the other.
+"""Assignment of poses to cross-validation folds, and the distance between successive poses.
 
-Along a path of near poses, noise with a memory errs alike in poses that are alike: a model that follows it predicts
-their neighbours, and wins over poses held out one by one. There stretches of the path are held out. Rows of one posture
-under several payloads share what a model lacks of it, so that postures are held out where there are enough of them.
+Along a path of neighbouring poses correlated noise is similar in similar poses: a model that overfits it predicts held-
+out neighbours too well. There, stretches of the path are held out. Rows of one posture under several payloads share its
+model error, so that whole postures are held out if there are enough of them.
 """
 
 from __future__ import annotations

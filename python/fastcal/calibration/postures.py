@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Do the rows show different postures? What is measured again in the same one says how large the noise is, no more."""
+"""Are there enough different postures? Repeated measurements of one posture inform only about the noise."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a model predicts its tool, and with what uncertainty."""
+"""Tool poses predicted by a model, and their uncertainty."""
 
 from __future__ import annotations
 

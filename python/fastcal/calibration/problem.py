@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The problem that all who fit have in common: a robot, measured rows, what is asked for, how rows are weighted."""
+"""The calibration problem common to all fits: robot, measured rows, parameters to identify, weights of rows."""
 
 from __future__ import annotations
 

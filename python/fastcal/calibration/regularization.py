@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Least squares where parameters are nearly redundant: damped as Levenberg does, or singular values cut off.
+"""Regularized least squares for nearly redundant parameters: Levenberg damping or truncated SVD.
 
 min |J x - r|^2 + s^2 |x / size|^2   (levenberg; A. Tikhonov 1963, K. Levenberg 1944),   or x within the first k right
 singular vectors of J diag(size)   (truncated). With the SVD J diag(size) = U S V^T both are filters f on the same sum,

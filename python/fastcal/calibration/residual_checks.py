@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Signs in the residuals that the fit is wrong: noise with memory, a part that moved, a missing effect."""
+"""Checks of the residuals: correlated noise, a move between rows, a missing effect."""
 
 from __future__ import annotations
 
@@ -50,6 +50,7 @@ class Checks:
         notes: Sentences for a reader.
         set_aside: Rows of a part that moved, and gross rows beside those that the fit found.
         caveats: Those of the notes by which the stated deviations do not hold.
+        bent: That of the caveats which is about a fit that is not straight (`curvature`); empty where there is none.
         choices: Those of the notes that say which rows are used and which fit stands.
     """
 
@@ -57,6 +58,7 @@ class Checks:
     notes: list[str] = field(default_factory=list)
     set_aside: list[int] = field(default_factory=list)
     caveats: list[str] = field(default_factory=list)
+    bent: str = ""
     choices: list[str] = field(default_factory=list)
 
 
@@ -328,7 +330,7 @@ def _shared(
         return None, "", None
     note = (
         f"errors of rows that were measured in one posture, one after the other, are alike ({shared.rho:.2f}): "
-        f"what the arm misses there counts once, and the stated deviations allow for it"
+        f"the arm's error there counts once, and the stated deviations allow for it"
     )
     return shared, note, lambda values: whitened(values, row, stay, shared.rho)
 

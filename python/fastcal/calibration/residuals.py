@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a fit leaves of every kind of reading, linearized and divided by its noise."""
+"""Residuals of every kind of reading, linearized and whitened."""
 
 from __future__ import annotations
 

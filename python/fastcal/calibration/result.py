@@ -73,6 +73,7 @@ class CalibrationResult(Plotted):
         weights: (N,) robust weight of each row of `train.data`, 1 is full.
         misfits: Kinds of reading that do not belong to the arm or to the other kinds; `notes` begin with them.
         caveats: Those of the notes by which the stated deviations and intervals do not hold.
+        bent: That of the caveats which says that the fit is not straight within its intervals; empty where it is.
         doubts: Those of the notes that come first: doubtful columns and rows, and which rows and which fit stand.
         shape: How surely distances between points are known, where no points were measured.
         held: How the geometry of few poses was held near nominal, a sentence; empty where it was free.
@@ -105,6 +106,7 @@ class CalibrationResult(Plotted):
     notes: list[str] = field(default_factory=list)
     misfits: list[KindMisfit] = field(default_factory=list)
     caveats: list[str] = field(default_factory=list)
+    bent: str = ""
     doubts: list[str] = field(default_factory=list)
     shape: Shape | None = None
     held: str = ""
@@ -128,6 +130,11 @@ class CalibrationResult(Plotted):
     def sigma_mm(self) -> float | None:
         """`sigma` in mm, or the noise of the lengths that were measured in place of points; None where neither was."""
         return noise_in_mm(self.noise)
+
+    @property
+    def lacks_effect(self) -> bool:
+        """Is an effect missing from the model, since the residuals depend on the posture?"""
+        return any(caveat != self.bent for caveat in self.caveats)
 
     def interval(self, level: float = 0.95) -> FloatArray:
         """(P, 2) two-sided confidence intervals of the parameters in edge units, by Student's t.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Noise with memory: errors of rows that were measured one after the other are alike.
+"""Serially correlated noise: the errors of successive rows are similar.
 
 Temperature, air and drift make noise that changes slowly. Modelled as AR(1), rows s and t are correlated by Omega_st =
 rho^|s - t|, each coordinate on its own. Least squares stays unbiased, but its covariance is s^2 H Omega H^T with H =

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How surely a model knows the shape that the tool's points make, beside where they are.
+"""Uncertainty of the shape formed by the tool's points, independent of its position.
 
-Lengths, touches, tilts and turns leave open where the arm stands as a whole: the deviation of a point holds that, the
-one of a distance between two of them does not. With p_i the points, S_i (3, k) their independent shifts and u_ij the
-direction from one to the other, the distance has the variance |u_ij^T (S_i - S_j)|^2. Planes, tilts and turns leave a
-common scale of all lengths open too: it is what of each shift is in proportion to the distances.
+Lengths, touches, tilts and rotations do not determine where the arm stands: the standard deviation of a point includes
+this, that of a distance between two points does not. With p_i the points, S_i (3, k) their independent shifts and u_ij
+the direction from one to the other, the distance has the variance |u_ij^T (S_i - S_j)|^2. Planes, tilts and turns leave
+a common scale of all lengths open too: it is what of each shift is in proportion to the distances.
 """
 
 from __future__ import annotations
@@ -66,10 +66,10 @@ def shape_of(model: Robot, data: Dataset) -> Shape | None:
     distance = _rms(along)
     scaled = _rms(along - np.outer(apart[told], apart[told] @ along) / max(float(apart @ apart), 1e-300))
     is_open = scaled < _SCALE_IS_OPEN * distance
-    but = ", but for a common scale of all lengths, which they leave open too," if is_open else ""
+    but = ", but for a common scale of all lengths, which they do not determine either," if is_open else ""
     names = " and ".join(kind.plural for kind in kinds)
     note = (
-        f"{names} do not show where the arm stands as a whole: a coordinate of a point is known to "
+        f"{names} do not determine where the arm stands as a whole: a coordinate of a point is known to "
         f"{from_si(point, 'mm'):.2g} mm, and distances between points of the tool, the shape{but or ','} to "
         f"{from_si(scaled if is_open else distance, 'mm'):.2g} mm"
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How far off is the arm? The geometry is held near nominal by as much as the measurements themselves say.
+"""Empirical Bayes prior of the geometry: it is held near nominal with a strength estimated from the measurements.
 
 Few poses or a coarse instrument leave a free fit of the geometry farther from the truth than the nominal arm is. So the
 arm's errors x, in plausible sizes, are taken as drawn from N(0, s^2), and s is estimated: a free fit finds x with the

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Measurements of an arm that exists only as a model: poses, a true arm that is not quite the nominal one, noise."""
+"""Simulated measurements: poses, a true arm that deviates from the nominal one, noise."""
 
 from __future__ import annotations
 

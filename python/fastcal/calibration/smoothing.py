@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How curved may a penalized effect be? The curvature that predicts held-out rows best, on the linearized problem.
+"""Smoothness of penalized effects: the curvature that predicts held-out rows best, on the linearized problem.
 
 Coefficient k of an effect has the prior N(0, s^2 / w_k), w_k its penalty: for joint profiles s is the RMS curvature
 [rad / rad^2] that is expected. One s for all effects, then one each where that predicts better still, and never a

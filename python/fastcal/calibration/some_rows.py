@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Some of very many rows, where those say as much as all: the same ones each time."""
+"""A fixed sample of very many rows, for decisions that do not need all of them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Errors that the rows of one stay in a posture share: what the arm misses there, and no memory of the noise.
+"""Errors shared by successive rows in one posture (a stay): the arm's error there, not serial correlation of the noise.
 
 Several targets at the tool, or readings that were repeated before the arm moved on, are rows of one stay. Any two of
 them are correlated by w: Omega = 1 + w K, K 1 for numbers of the same coordinate in two rows of a stay. The covariance

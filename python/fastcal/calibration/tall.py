@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Products of tall matrices in parts of their rows, which threads share: the parts are the same for any number of them.
 
-They are matrix products, which numpy works out without its lock.
+They are matrix products, which numpy computes without the interpreter lock.
 """
 
 from __future__ import annotations

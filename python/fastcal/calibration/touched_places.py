@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Touches of sockets, balls or planes that stand at unknown places, which are held out whole.
+"""Cross-validation with touches of sockets, balls or planes at unknown places: whole places are held out.
 
 All touches of one place are near each other, and where it is they say themselves. A model that follows what they share
 predicts further touches of the same place, and no others: so the touches of a place are predicted by those of the other

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a tool, a base or a part is, from a few touches by an arm whose geometry is trusted.
+"""Pose of a tool, a base or a part from a few touches, with the arm's geometry held fixed.
 
 The answer is the fit of all readings by their noise, a robust one where they are many, from the starts of
 `touch_starts`.

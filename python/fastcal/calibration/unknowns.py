@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where anchors, planes and mountings are, beside an arm that is known: its parameters stay as they are."""
+"""Positions of anchors, planes and mountings, with the parameters of the arm held fixed."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What an effect takes from the data before it is identified: where a step is, how late heat is, a profile's curvature.
+"""Options of effects that are estimated before the fit: the row of a step, a thermal lag, a profile's curvature.
 
-All are found near a fit of everything else, where the rest is linear.
+All are found near a fit of everything else, which is linearized there.
 """
 
 from __future__ import annotations

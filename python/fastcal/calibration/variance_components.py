@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The noise of each kind of reading by its own degrees of freedom.
+"""Noise of each kind of reading, with its own degrees of freedom.
 
 A fit takes more from few heights, which alone show how their planes lie, than from many points; with one share of
 freedom for all, the noise of the few comes out too small and their rows weigh too much. With h_i the leverage of number

@@ -102,7 +102,7 @@ class CellCheck:
         """What was found, in words."""
         told = [each for each in self.ways if each.state != "holds"]
         if not told:
-            return "The cell holds: what was read of each target is as its model and the noise say."
+            return "The cell's model still holds: the readings of each target agree with it to within the noise."
         return " ".join(f"{each.way.name}: {each.sentence}" for each in told)
 
     @property

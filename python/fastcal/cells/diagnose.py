@@ -77,7 +77,7 @@ def diagnose_cell(
         found = diagnose(way.robot, rows, test=held, exclude=own, progress=said, **options)
         ways.append(WayDiagnosis(way, found))
     effects = _merged(ways, bool(exclude))
-    notify("calibrating the cell with what was found")
+    notify("calibrating the cell with the effects found")
     with_effects, notes = _with_effects(cell, ways, effects)
     is_sure = all(of.finding.grade != "C" for of in effects)
     given: dict[str, Any] = {"exclude": exclude, "mend": mend, "threads": threads}

@@ -20,7 +20,8 @@ from fastcal.robot.robot_spec import Entry, Spec
 from fastcal.said import Said, said
 
 _LIKE_WEIGHTS = said(
-    "the sensor stands on an arm that moves: what the weights of links bend and tilt there was not tried beside it"
+    "the sensor stands on an arm that moves: bending and tilting there under the weight of the links were not "
+    "tested as alternatives"
 )
 _PLACED = ("on", "xyz_mm", "rpy_deg", "fixed", "intrinsics")  # what a way says otherwise, or asks for
 _LISTED = 4  # names of a sentence where most are no more than possible
@@ -73,7 +74,7 @@ class CellFinding:
     def doubts(self) -> list[Said]:
         """Why the grade is not better, as far as the other ways and the sensor say so."""
         others = ", ".join(self.not_seen_by)
-        moves = said("it moves {others} too, and these readings do not name it", others=others)
+        moves = said("it moves {others} too, and these readings do not identify it", others=others)
         return [*([moves] if others else []), *([_LIKE_WEIGHTS] if self.like_weights else [])]
 
     @property
@@ -129,7 +130,7 @@ class CellDiagnosis(PlottedCell):
         """What was found, in words."""
         listed, more = self.told
         named = [f"{of.finding.label} (grade {of.finding.grade})" for of in listed]
-        named += [f"{more} more that are no more than possible (grade C)"] if more else []
+        named += [f"{more} more that are merely possible (grade C)"] if more else []
         rest = [
             f"something remains in what was read of {each.way.name}, most of it at "
             f"{each.way.owner(each.found.unexplained.owner)}"
@@ -137,7 +138,7 @@ class CellDiagnosis(PlottedCell):
             if each.found.unexplained is not None
         ]
         if not named and not rest:
-            return "Nothing is missing that these readings could show above their noise."
+            return "No missing effect is detectable above the noise of these readings."
         text = "; ".join([*([f"Missing: {', '.join(named)}"] if named else []), *rest])
         return f"{text[0].upper()}{text[1:]}."
 

@@ -14,7 +14,7 @@ from fastcal.cells.errors import kind_errors, kinds_json
 from fastcal.cells.readings import Readings
 from fastcal.cells.rig_start import judged_readings
 
-GEOMETRY, FOUND = "geometry", "what was found"  # what steps of the gap add
+GEOMETRY, FOUND = "geometry", "the effects found"  # what steps of the gap add
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,7 +68,7 @@ class Settled:
     Attributes:
         theta: (T,) parameters of the cell and unknowns.
         u: (u,) by its columns, and their covariance (u, u).
-        p_value: The chance of as large a rest.
+        p_value: The chance of residuals this large.
     """
 
     theta: FloatArray

@@ -118,15 +118,15 @@ class WholeCheck:
             told.append(said("The cell has changed: {what} moved.", what=joined(", ", each)))
         if self.rows:
             off = ", ".join(map(str, self.rows))
-            told.append(said("Everything fits but what was read in the postures {rows}; measure them again.", rows=off))
+            told.append(said("Everything fits except the readings in postures {rows}; measure them again.", rows=off))
         if self.p_value < LEVEL:
-            told.append(said("What was read differs from the model by more than its noise, and no move explains it."))
+            told.append(said("The readings differ from the model by more than the noise, and no move explains it."))
         if not told:
-            told.append(said("The cell holds: what was read is as its model and the noise say."))
+            told.append(said("The cell's model still holds: the readings agree with it to within the noise."))
         if self.within is False:
             told.append(said("The largest error of a point is beyond the tolerance."))
         elif self.within is None and self.tolerance is not None:
-            told.append(said("The largest error of a point is too near the tolerance to decide."))
+            told.append(said("The largest error of a point is too close to the tolerance to decide."))
         return joined(" ", told)
 
     def to_json_dict(self) -> dict[str, Any]:

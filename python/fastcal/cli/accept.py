@@ -24,17 +24,19 @@ CANNOT_TELL, FAILED = 3, 4
 def accept(
     model: Annotated[str, typer.Argument(metavar="MODEL", help="A calibrated robot, or a nominal one.")],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="OUT", help="With --plan the program's file, else a folder.")
+        Path,
+        typer.Option("-o", "--output", metavar="OUT", help="With --plan the file of the program, otherwise a folder."),
     ],
     data: Annotated[
-        list[Path] | None, typer.Argument(metavar="[DATA...]", help="What was measured of the test.")
+        list[Path] | None, typer.Argument(metavar="[DATA...]", help="The measurements of the test.")
     ] = None,
     plan: Annotated[bool, typer.Option("--plan", help="Write the robot program and its plan, OUT_plan.csv.")] = False,
     language: Annotated[
-        Literal["rapid", "krl", "fanuc", "urscript"] | None, typer.Option(help="Of the program.")
+        Literal["rapid", "krl", "fanuc", "urscript"] | None, typer.Option(help="Language of the program.")
     ] = None,
     compensated: Annotated[
-        bool, typer.Option("--compensated", help="Command what brings the calibrated arm to the poses.")
+        bool,
+        typer.Option("--compensated", help="Command the joint positions that bring the calibrated arm to the poses."),
     ] = False,
     directions: Annotated[
         bool, typer.Option("--directions", help="Also approach P1, P2 and P4 from three sides, for vAP.")
@@ -43,38 +45,44 @@ def accept(
         int | None, typer.Option(min=1, help="Visits of each pose, default 30; with --path runs, default 10.")
     ] = None,
     centre_mm: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Middle of the cube in the base; default: the largest cube.")
+        str | None,
+        typer.Option(metavar="X,Y,Z", help="Centre of the cube in the base frame; default: the largest cube."),
     ] = None,
-    edge_mm: Annotated[float | None, typer.Option(help="Edge of the cube.")] = None,
+    edge_mm: Annotated[float | None, typer.Option(help="Edge length of the cube.")] = None,
     tool_rpy_deg: Annotated[
-        str | None, typer.Option(metavar="R,P,Y", help="Orientation of the tool in the base, in all poses.")
+        str | None,
+        typer.Option(metavar="R,P,Y", help="Orientation of the tool in the base frame, the same in all poses."),
     ] = None,
-    payload_kg: Annotated[float, typer.Option(min=0, help="What the tool carries.")] = 0.0,
+    payload_kg: Annotated[float, typer.Option(min=0, help="Payload.")] = 0.0,
     temperature_c: Annotated[
-        float | None, typer.Option(help="With --plan --compensated: of the arm; default: the middle of MODEL's data.")
+        float | None,
+        typer.Option(help="With --plan --compensated: temperature of the arm; default: the median of MODEL's data."),
     ] = None,
     dwell_s: DwellS = 3.0,
     speed_percent: SpeedPercent = 50.0,
     targets: Annotated[
-        Path | None, typer.Option(metavar="PLAN", help="The plan's file: what was commanded, and which pose it was.")
+        Path | None, typer.Option(metavar="PLAN", help="The plan: which pose was commanded when.")
     ] = None,
     path: Annotated[
         Path | None,
-        typer.Option(metavar="CORNERS", help="DATA are recordings of a path of lines through these points."),
+        typer.Option(metavar="CORNERS", help="DATA are recordings of a path of straight lines through these points."),
     ] = None,
-    speed_mm_s: Annotated[float, typer.Option(help="With --plan --path: along the lines.")] = 100.0,
+    speed_mm_s: Annotated[float, typer.Option(help="With --plan --path: speed along the lines.")] = 100.0,
     blend_mm: Annotated[
-        float, typer.Option(help="With --plan --path: how near a corner a line may be left; 0: the arm stops there.")
+        float, typer.Option(help="With --plan --path: radius of the zone at corners; 0: the arm stops there.")
     ] = 0.0,
     tolerance_mm: Annotated[
-        float | None, typer.Option(metavar="T", help="Limit of AP, the accuracy of each pose; with --path of AT.")
+        float | None, typer.Option(metavar="T", help="Limit for AP, the accuracy of each pose; with --path for AT.")
     ] = None,
     limit: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Another limit, rp_mm=0.05, with --path rt_mm=0.1; may be repeated."),
+        typer.Option(
+            metavar="NAME=VALUE", help="A further limit, such as rp_mm=0.05, or with --path rt_mm=0.1; repeatable."
+        ),
     ] = None,
     budget: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="YAML: what is known of instrument and conditions.")
+        Path | None,
+        typer.Option(metavar="FILE", help="YAML file with the uncertainties of instrument and conditions."),
     ] = None,
     align: Annotated[
         Literal["fit", "model"] | None,
@@ -85,7 +93,7 @@ def accept(
 ) -> None:
     """Test an arm by ISO 9283: the program, then the verdict.
 
-    Exit code 0: within the limits, or none were given. 4: out of a limit. 3: the measurement can't decide.
+    Exit code 0: within the limits, or none were given. 4: a limit is exceeded. 3: the measurement cannot decide.
     """
     from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import load_robot

@@ -112,7 +112,7 @@ def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typ
     )
     app.callback(
         epilog="Exit code 0: done. 2: bad input or usage. 3: not converged, too few equations, undecided. "
-        "4: over, changed. 5: with --strict, something was left."
+        "4: limit exceeded, or changed. 5: with --strict, parts were not understood."
     )(_fastcal)
     for name in names:
         command = _command(name)

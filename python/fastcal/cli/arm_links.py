@@ -14,17 +14,23 @@ from fastcal.cli.signatures import with_options
 
 OPTIONS: dict[str, tuple[Any, Any]] = {  # with their defaults
     "base_link": (
-        Annotated[str, typer.Option(metavar="LINK", help="Of a URDF: where the arm begins; default: the root.")],
+        Annotated[str, typer.Option(metavar="LINK", help="First link of the arm in a URDF; default: the root.")],
         "",
     ),
     "tip_link": (
-        Annotated[str, typer.Option(metavar="LINK", help="Of a URDF: where the arm ends; default: the only way.")],
+        Annotated[
+            str,
+            typer.Option(metavar="LINK", help="Last link of the arm in a URDF; needed only if the URDF branches."),
+        ],
         "",
     ),
     "xacro": (
         Annotated[
             list[str] | None,
-            typer.Option(metavar="NAME:=VALUE", help="An argument of a xacro file; yes: a robot file may name one."),
+            typer.Option(
+                metavar="NAME:=VALUE",
+                help="An argument of a xacro file (repeatable); `yes` allows a robot file to refer to one.",
+            ),
         ],
         None,
     ),

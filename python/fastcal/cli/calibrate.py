@@ -49,14 +49,16 @@ def calibrate(
     mend: Mend = False,
     hand_eye: HandEyes = None,
     effects: Annotated[
-        str, typer.Option(metavar="LIST", help="What to identify; base and tool always are.")
+        str, typer.Option(metavar="LIST", help="Effects to identify; base and tool are always identified.")
     ] = "geometry",
-    method: Annotated[Method, typer.Option(help="How to minimize.")] = "nls",
+    method: Annotated[Method, typer.Option(help="Minimization method.")] = "nls",
     solver: Annotated[
         Solver,
         typer.Option(
-            help="Of nls. newton: Newton's steps with the exact second derivatives of the loss first, Ceres' trust "
-            "region where one is refused or bounds are in the way; ceres: Ceres' trust region alone."
+            help=(
+                "For nls. newton: Newton steps with the exact second derivatives of the loss, and Ceres' trust "
+                "region if a step is rejected or a bound is active; ceres: Ceres' trust region only."
+            )
         ),
     ] = "newton",
     loss: Annotated[Loss, typer.Option(help="Robust loss on the whitened error of a row.")] = "tukey",
@@ -64,15 +66,19 @@ def calibrate(
         bool | None,
         typer.Option(
             "--priors/--no-priors",
-            help="Hold all parameters near nominal, or none; without either the geometry is held where the poses are "
-            "few for their noise, by as much as they say themselves.",
+            help=(
+                "Hold all parameters near nominal, or none. By default only the geometry is held, if there are few "
+                "poses for the noise; the data determine how strongly."
+            ),
         ),
     ] = None,
     choose: Annotated[
         Rule | None,
         typer.Option(
-            help="Identify only those parameters that predict held-out poses best, or the fewest that do as well "
-            "within a standard error; the others stay at nominal."
+            help=(
+                "Identify only the parameters that predict held-out poses best, or the fewest that do so within one "
+                "standard error; the others keep their nominal values."
+            )
         ),
     ] = None,
     limit_mm: Annotated[

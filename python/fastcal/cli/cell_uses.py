@@ -35,7 +35,7 @@ def predict_cell(model: str, data: Path, output: Path, threads: int) -> None:
         known = bool(np.isfinite(of.sigma_position).all())
         sizes[view] = from_si(float(of.sigma_position.max()), "mm") if known else None
         said = (
-            f"standard deviation of a coordinate at most {sizes[view]:.3g} mm" if known else "how surely is not known"
+            f"standard deviation of a coordinate at most {sizes[view]:.3g} mm" if known else "deviation not known"
         )
         say(f"{view}: {said}")
     content = {"cell": cell.name, "postures": len(postures), "largest_sigma_mm": sizes, "notes": list(postures.notes)}

@@ -22,11 +22,15 @@ if TYPE_CHECKING:
 def check(
     model: Annotated[
         str,
-        typer.Argument(metavar="MODEL", help="A calibrated robot: model.yaml. Or a folder of arms, each in its own."),
+        typer.Argument(
+            metavar="MODEL", help="A calibrated robot (model.yaml), or a folder with one subfolder per arm."
+        ),
     ],
     data: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="DATA...", help="Five to ten measured poses. Several files: several set-ups."),
+        typer.Argument(
+            metavar="DATA...", help="Five to ten measured poses. Several files: several set-ups of the instrument."
+        ),
     ] = None,
     tolerance_mm: Annotated[
         float | None, typer.Option(min=1e-6, help="Largest distance of a point from the model that is accepted.")
@@ -37,21 +41,24 @@ def check(
             "-o",
             "--output",
             metavar="FILE",
-            help="Also write check.json, or a page where it ends in .html. Of a folder of arms: a folder.",
+            help="Write check.json, or a page if the name ends in .html. For a folder of arms: a folder.",
         ),
     ] = None,
     plan: Annotated[
-        int | None, typer.Option(min=4, max=50, help="Measure nothing yet: write so many poses for a check to FILE.")
+        int | None,
+        typer.Option(min=4, max=50, help="Do not check yet: write this many poses to be measured to FILE."),
     ] = None,
     surroundings: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Of --plan: YAML, as `design` takes it.")
+        Path | None, typer.Option(metavar="FILE", help="With --plan: YAML file of obstacles, as for `design`.")
     ] = None,
     language: BesideLanguage = None,
     dwell_s: DwellS = 3.0,
     speed_percent: SpeedPercent = 20.0,
     files: Annotated[
         str | None,
-        typer.Option(metavar="PATTERN", help="Of a folder of arms: which files to check; default: each arm's newest."),
+        typer.Option(
+            metavar="PATTERN", help="For a folder of arms: which files to check; default: the newest of each arm."
+        ),
     ] = None,
     page_language: PageLanguage = "en",
     corners: Corners = None,
@@ -62,8 +69,8 @@ def check(
 ) -> None:
     """Check whether a calibrated model still holds.
 
-    The base is refitted, as the instrument stands elsewhere. Says what changed and by how much, or what to measure
-    to find out.
+    The base is refitted, since the instrument has been set up again. Reports what changed and by how much, or what to
+    measure to find out.
     """
     from fastcal.cli.cells import check_cell, not_given
     from fastcal.errors import InvalidInput

@@ -40,53 +40,58 @@ def compensate(
     ],
     output: OutFile,
     method: Annotated[
-        Literal["full", "one-step"], typer.Option(help="Iterate to the end, or take one step by the Jacobian.")
+        Literal["full", "one-step"], typer.Option(help="Iterate to convergence, or take one Jacobian step.")
     ] = "full",
     nominal: Annotated[
-        str | None, typer.Option(metavar="ROBOT", help="What the controller believes; default: what MODEL keeps of it.")
+        str | None,
+        typer.Option(metavar="ROBOT", help="The controller's own model; default: the one stored in MODEL."),
     ] = None,
     single: Annotated[
-        bool, typer.Option("--single", help="The rows are single points and not a path: each is solved by itself.")
+        bool, typer.Option("--single", help="The rows are single points, not a path: each is solved separately.")
     ] = False,
     hold: Annotated[
-        list[int] | None, typer.Option(metavar="JOINT", help="A joint, from 1, that stays as in the first row's seed.")
+        list[int] | None,
+        typer.Option(metavar="JOINT", help="A joint, counted from 1, that keeps the position of the first row's seed."),
     ] = None,
     path: Annotated[
         Literal["line", "arc"] | None,
         typer.Option(
-            help="The rows are driven on lines, or arcs through each second row: tell the error between them."
+            help="The rows are joined by lines, or by arcs through every second row: report the error in between."
         ),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="With --path: a page with the error along the path, as HTML.")
+        Path | None,
+        typer.Option(metavar="FILE", help="With --path: write an HTML page with the error along the path."),
     ] = None,
     cell: Annotated[
-        Path | None, typer.Option(metavar="CELL", help="For a program: tools and frames that it only names.")
+        Path | None,
+        typer.Option(metavar="CELL", help="For a program: tools and frames that it refers to by name only."),
     ] = None,
     payload_kg: Annotated[
-        float | None, typer.Option(min=0, help="For a program: what the tool carries; a table has a column.")
+        float | None, typer.Option(min=0, help="For a program: payload; a table has a column for it.")
     ] = None,
     temperature_c: Annotated[
-        float | None, typer.Option(help="For a program: temperature of the arm; a table has a column.")
+        float | None, typer.Option(help="For a program: temperature of the arm; a table has a column for it.")
     ] = None,
     inverse: Annotated[
-        bool, typer.Option("--inverse", help="The way back: a compensated program becomes the nominal one.")
+        bool, typer.Option("--inverse", help="Reverse: turn a compensated program back into the nominal one.")
     ] = False,
     again: Annotated[
-        bool, typer.Option("--again", help="Compensate a program that says that it was compensated already.")
+        bool, typer.Option("--again", help="Compensate a program even if it is marked as compensated.")
     ] = False,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Exit with code 5 where a part of a program was left as not understood.")
+        bool,
+        typer.Option("--strict", help="Exit with code 5 if a part of a program was not understood and left unchanged."),
     ] = False,
     corrections: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Also write by how much each target was changed, as CSV.")
+        Path | None, typer.Option(metavar="FILE", help="Also write the correction of each target, as CSV.")
     ] = None,
     threads: Threads = 1,
 ) -> None:
     """Correct target poses or a robot program for the real arm.
 
-    A table of poses becomes a table of joint positions; a program, or each one of a folder, becomes the same program
-    with other targets.
+    A table of poses becomes a table of joint positions; a program, or each program in a folder, becomes the same
+    program with corrected targets.
     """
     from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import load_robot
@@ -226,6 +231,6 @@ def _say(found: Compensation) -> None:
         spread = ""
         if known:
             sigma_mm = float(from_si(float(sigma.max()), "mm"))
-            spread = _("; its standard deviation {sigma:.3g} mm a coordinate", sigma=sigma_mm)
+            spread = _("; its standard deviation {sigma:.3g} mm per coordinate", sigma=sigma_mm)
         sizes = {"left": float(left), "turn": float(turn)}
         say(_("predicted error of the reached ones: at most {left:.3g} mm and {turn:.3g} deg", **sizes) + spread)

@@ -138,10 +138,10 @@ def _say(done: Done, *, inverse: bool) -> None:
         sizes = {"mean": float(mean), "most": float(most)}
         if inverse:
             say(_("{head}: {targets} brought back to nominal, {moves} and all else kept", head=head, **counted))
-            say(_("error that the compensation had taken away: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes))
+            say(_("error that the compensation had removed: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes))
         else:
             say(_("{head}: {targets} changed, {moves} and all else kept", head=head, **counted))
-            say(_("error that this takes away: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes))
+            say(_("error that this removes: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes))
 
 
 def _emit(done: Done, written: list[Path]) -> None:

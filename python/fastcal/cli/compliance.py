@@ -19,21 +19,25 @@ def compliance(
     data: DataFiles,
     output: OutFolder,
     joints: Annotated[
-        str, typer.Option(metavar="N,N,...", help="Which may give; default: all that turn and feel the payloads.")
+        str,
+        typer.Option(
+            metavar="N,N,...", help="Joints with compliance; default: all revolute joints loaded by the payloads."
+        ),
     ] = "",
     torque: Annotated[
-        Literal["all", "payload"], typer.Option(help="What bends a joint: all weights, or the payload alone.")
+        Literal["all", "payload"],
+        typer.Option(help="The load that deflects a joint: all weights, or the payload only."),
     ] = "all",
     level: Annotated[
-        float, typer.Option(min=1e-4, max=0.5, help="A corner is taken where its chance without one is below.")
+        float, typer.Option(min=1e-4, max=0.5, help="Significance level for a corner in the compliance.")
     ] = 0.01,
     page_language: PageLanguage = "en",
     threads: Threads = 1,
 ) -> None:
-    """Identify how far joints give under load.
+    """Identify the compliance of joints under load.
 
-    The same postures are measured under several payloads: in their differences geometry and gears cancel. A joint gets
-    a second, stiffer or softer piece only where a test finds its corner.
+    The same postures are measured with several payloads, so that geometry and gear errors cancel in the differences. A
+    joint gets a second, stiffer or softer range only if a test finds a corner in its compliance.
     """
     from fastcal.calibration.compliance import identify_compliance
     from fastcal.errors import InvalidInput

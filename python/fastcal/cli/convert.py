@@ -19,23 +19,23 @@ def convert(
     output: OutFile,
     to: Annotated[
         Literal["urdf", "dh", "mdh", "poe", "ur_kinematics"],
-        typer.Option(help="The kind to convert to; ur_kinematics is the YAML of Universal Robots' ur_description."),
+        typer.Option(help="The target format; ur_kinematics is the YAML of Universal Robots' ur_description."),
     ],
     drop_effects: Annotated[
-        bool, typer.Option("--drop-effects", help="Leave out what the new kind can't carry, and name it.")
+        bool, typer.Option("--drop-effects", help="Leave out what the new format cannot represent, and list it.")
     ] = False,
     ur_calibration: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="A UR controller's calibration.conf, added to ROBOT; or the kinematics YAML whose hash to keep.",
+            help="A UR controller's calibration.conf to add to ROBOT; or the kinematics YAML whose hash to keep.",
         ),
     ] = None,
 ) -> None:
-    """Write a robot as another kind of file.
+    """Convert a robot to another file format.
 
-    The tool's pose stays the same for every joint position. A robot that was read from a URDF becomes that URDF again
-    with other origins of its joints: links, meshes, branches and comments stay.
+    The tool's pose stays the same for every joint position. A robot that was read from a URDF becomes the same URDF
+    with new joint origins; links, meshes, branches and comments are kept.
     """
     from fastcal.conversion import convert as converted
     from fastcal.errors import InvalidInput

@@ -41,10 +41,11 @@ def demo(
     seed: Seed = 1,
     threads: Threads = 1,
     camera: Annotated[
-        bool, typer.Option("--camera", help="A camera on the flange and pictures of a board, in place of a tracker.")
+        bool,
+        typer.Option("--camera", help="Use a camera on the flange and pictures of a board instead of a tracker."),
     ] = False,
 ) -> None:
-    """Simulate a measured arm, calibrate and diagnose it.
+    """Simulate measurements of an arm, calibrate and diagnose it.
 
     The last line is the path of the report.
     """

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 def design(
     robot: RobotFile,
     output: OutFile,
-    count: Annotated[int, typer.Option(min=1, help="How many poses; with --until-sigma-mm at most.")],
+    count: Annotated[int, typer.Option(min=1, help="Number of poses; with --until-sigma-mm the maximum.")],
     effects: Annotated[
-        str, typer.Option(metavar="LIST", help="What is to be identified, such as geometry,joint_compliance@joint2.")
+        str, typer.Option(metavar="LIST", help="Effects to be identified, such as geometry,joint_compliance@joint2.")
     ] = "geometry",
     criterion: Annotated[
         Literal["O1", "O2", "O3", "O4", "O5", "variance"] | None,
@@ -35,40 +35,46 @@ def design(
     ] = None,
     targets: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Where the arm will work: poses or joint positions; then by variance."),
+        typer.Option(
+            metavar="FILE", help="Poses or joint positions where the arm will work; selects by the variance there."
+        ),
     ] = None,
     separate: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Effects that half of the poses are to tell apart, EFFECT@OWNER.")
+        str | None,
+        typer.Option(metavar="A,B", help="Effects (EFFECT@OWNER) that half of the poses shall distinguish."),
     ] = None,
     surroundings: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="YAML: keep_out, region, tracker, link_radius_mm.")
+        Path | None, typer.Option(metavar="FILE", help="YAML file with keep_out, region, tracker, link_radius_mm.")
     ] = None,
     instruments: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="YAML: points, levels, sigma_tilt_mrad, planes.")
+        Path | None, typer.Option(metavar="FILE", help="YAML file with points, levels, sigma_tilt_mrad, planes.")
     ] = None,
-    payload_kg: Annotated[str, typer.Option(metavar="LIST", help="Payloads at hand, such as 0,6,12.")] = "0",
+    payload_kg: Annotated[str, typer.Option(metavar="LIST", help="Available payloads, such as 0,6,12.")] = "0",
     corners: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Corners that cameras saw in the poses of --measured.")
+        Path | None, typer.Option(metavar="FILE", help="Corners detected by cameras in the poses of --measured.")
     ] = None,
-    sigma_px: Annotated[float | None, typer.Option(min=1e-6, help="Of a corner in a picture.")] = None,
+    sigma_px: Annotated[
+        float | None, typer.Option(min=1e-6, help="Standard deviation of a corner in a picture.")
+    ] = None,
     focus_mm: Annotated[
-        str | None, typer.Option(metavar="NEAR,FAR", help="Distances of a board at which pictures are sharp.")
+        str | None, typer.Option(metavar="NEAR,FAR", help="Range of board distances at which pictures are sharp.")
     ] = None,
     measured: Annotated[
-        Path | None, typer.Option(metavar="DATA", help="Poses measured already; they count as known.")
+        Path | None, typer.Option(metavar="DATA", help="Poses already measured; the design adds to them.")
     ] = None,
     until_sigma_mm: Annotated[
-        float | None, typer.Option(help="Stop where the predicted deviation of a coordinate is below this.")
+        float | None, typer.Option(help="Stop when the predicted standard deviation of a coordinate is below this.")
     ] = None,
     sigma_mm: Annotated[float | None, typer.Option(help="Standard deviation of a measured coordinate.")] = None,
     sigma_rot_deg: Annotated[
-        float | None, typer.Option(help="Of a measured orientation; without it positions alone are measured.")
+        float | None,
+        typer.Option(help="Standard deviation of a measured orientation; without it only positions are measured."),
     ] = None,
     candidates: Annotated[
-        Literal["grid", "random"], typer.Option(help="Even steps of each joint, or postures at random.")
+        Literal["grid", "random"], typer.Option(help="Candidates on a grid over the joints, or random postures.")
     ] = "grid",
-    candidate_count: Annotated[int, typer.Option(min=2, help="Candidates at most.")] = 80_000,
-    restarts: Annotated[int, typer.Option(min=0, help="Further searches from random designs.")] = 0,
+    candidate_count: Annotated[int, typer.Option(min=2, help="Maximum number of candidates.")] = 80_000,
+    restarts: Annotated[int, typer.Option(min=0, help="Additional searches from random designs.")] = 0,
     views: Views = "",
     language: BesideLanguage = None,
     dwell_s: DwellS = 3.0,
@@ -78,7 +84,7 @@ def design(
 ) -> None:
     """Choose the poses to measure: a CSV file and a program.
 
-    Of a cell with cameras and boards: the poses for pictures, unless an option of measured points is given.
+    For a cell with cameras and boards, designs poses for pictures, unless an option for measured points is given.
     """
     from fastcal.cli.design_pictures import design_of_pictures
     from fastcal.design import design_poses

@@ -22,15 +22,16 @@ def detect(
     pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES...", help="Pictures, or folders of them.")],
     cell: Annotated[str, typer.Option(metavar="CELL", help="The cell file with the cameras and boards.")],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="The table of corners; a page is written beside it.")
+        Path,
+        typer.Option("-o", "--output", metavar="FILE", help="The table of corners; a page is written next to it."),
     ],
     joints: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="The poses: each picture finds its row by name, number, time, or else by order."
+            metavar="FILE", help="The poses; pictures are matched to rows by name, number, time, or else order."
         ),
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes; no result depends on it.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Number of processes; the results do not depend on it.")] = 1,
     page_language: PageLanguage = "en",
 ) -> None:
     """Find the corners of boards in pictures.

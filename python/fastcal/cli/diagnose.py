@@ -34,10 +34,11 @@ def diagnose(
     output: OutFolder,
     test: Annotated[Path | None, typer.Option(metavar="TEST", help="Held-out poses, never used for fitting.")] = None,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="EFFECT[@OWNER]", help="A name that is not to be given; repeatable.")
+        list[str] | None,
+        typer.Option(metavar="EFFECT[@OWNER]", help="A cause to leave out of the search; repeatable."),
     ] = None,
     sigma_mm: Annotated[
-        float | None, typer.Option(min=1e-6, help="Standard deviation of a measured coordinate, where it is known.")
+        float | None, typer.Option(min=1e-6, help="Standard deviation of a measured coordinate, if known.")
     ] = None,
     corners: Corners = None,
     test_corners: TestCorners = None,
@@ -50,7 +51,7 @@ def diagnose(
 ) -> None:
     """Find what the model is missing and add it.
 
-    The cause is named where the data single it out; else the page says which causes fit alike, or where the error is.
+    Reports the cause if the data single it out; otherwise the causes that fit equally well, or the place of the error.
     """
     from fastcal import diagnosis
     from fastcal.cli.cells import diagnose_cell, not_given

@@ -18,14 +18,16 @@ def drop(
         list[str],
         typer.Argument(
             metavar="EFFECT[@OWNER]...",
-            help="What goes: all owners of a name unless one is given; 'correction' is what fastcal train added.",
+            help=(
+                "Effects to remove, at all places unless an owner is given; 'correction' is what fastcal train added."
+            ),
         ),
     ],
     output: OutFile,
 ) -> None:
     """Remove effects from a model.
 
-    Geometry and everything else stay as they were identified with them; fastcal calibrate fits them anew.
+    Geometry and all other parameters keep the values identified with them; use fastcal calibrate to fit them again.
     """
     from fastcal.io.robot_file import load_robot, write_spec
     from fastcal.robot.dropped_effects import CORRECTION, drop_effects, name_of
@@ -38,6 +40,6 @@ def drop(
     bare = drop_effects(robot, [name for words in effects for name in words.split(",")])
     kept = names(bare)
     gone = [name for name in names(robot) if name not in kept]
-    write_spec(bare.spec, output, f"Without {', '.join(gone)}; the rest is as it was identified with it")
+    write_spec(bare.spec, output, f"Without {', '.join(gone)}; everything else is as it was identified with it")
     say(f"{output}: {bare.name} without {', '.join(gone)}")
     emit({"file": str(output), "robot": bare.name, "dropped": gone, "effects": kept})

@@ -20,29 +20,31 @@ if TYPE_CHECKING:
 def fleet(
     arms: Annotated[
         Path,
-        typer.Argument(metavar="LIST", help="A CSV file with the columns robot, data and, where wanted, test, name."),
+        typer.Argument(metavar="LIST", help="A CSV file with the columns robot and data, optionally test and name."),
     ],
     output: OutFolder,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes; no result depends on it.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Number of processes; the results do not depend on it.")] = 1,
     cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, whose workers see the same files.")
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler whose workers see the same files."),
     ] = None,
     effects: Annotated[
-        str, typer.Option(metavar="LIST", help="What to identify; base and tool always are.")
+        str, typer.Option(metavar="LIST", help="Effects to identify; base and tool are always identified.")
     ] = "geometry",
     loss: Annotated[Loss, typer.Option(help="Robust loss on the whitened error of a row.")] = "tukey",
     check_all: Annotated[
-        bool, typer.Option("--check-all", help="Look at columns and residuals of every arm, not of odd ones alone.")
+        bool,
+        typer.Option("--check-all", help="Check columns and residuals of every arm, not only of conspicuous ones."),
     ] = False,
     reports: Annotated[bool, typer.Option("--reports", help="Write a page for every arm.")] = False,
     diagnose: Annotated[
-        bool, typer.Option("--diagnose", help="Find what the model of each arm is missing, as `fastcal diagnose` does.")
+        bool, typer.Option("--diagnose", help="Also diagnose each arm, as `fastcal diagnose` does.")
     ] = False,
     page_language: PageLanguage = "en",
 ) -> None:
     """Calibrate or diagnose many arms.
 
-    Arms of an earlier run into the same folder whose files have not changed are taken from there.
+    Results of an earlier run in the same folder are reused for arms whose files have not changed.
     """
     from fastcal.errors import InvalidInput
     from fastcal.fleet import calibrate_many, diagnose_many, read_list

@@ -27,8 +27,8 @@ def history(
 ) -> None:
     """Show checks and models over time.
 
-    With control limits and alarms; exit code 4 where an arm's last check changed or alarms. An arm is a serial number;
-    without one, the folder that its files are in.
+    With control limits and alarms; exit code 4 if the last check of an arm shows a change or raises an alarm. Arms are
+    told apart by serial number, or else by the folder of their files.
     """
     from fastcal.io.folder import check_folder
     from fastcal.monitoring.history import history as read

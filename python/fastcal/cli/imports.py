@@ -19,44 +19,49 @@ if TYPE_CHECKING:
 
 
 def import_(
-    exports: Annotated[
-        list[Path], typer.Argument(metavar="EXPORT...", help="Exports of an instrument, one after the other.")
-    ],
+    exports: Annotated[list[Path], typer.Argument(metavar="EXPORT...", help="Exports of an instrument, in order.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="The measurement file to write, CSV.")
     ] = None,
     joints: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The controller's log or program with the joints, where EXPORT has none."),
+        typer.Option(
+            metavar="FILE", help="The controller's log or program with the joint positions, if EXPORT has none."
+        ),
     ] = None,
     robot: Annotated[
-        str | None, typer.Option(metavar="ROBOT", help="The arm: tries the join on it, finds missing and slipped rows.")
+        str | None,
+        typer.Option(metavar="ROBOT", help="The arm; used to check the match and to find missing and shifted rows."),
     ] = None,
     sheet: Annotated[str | None, typer.Option(metavar="NAME", help="The sheet of a workbook.")] = None,
     orientation: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="What the angles are: rpy, abc, wpr, zyz, xyz_moving, rotation_vector ..."),
+        typer.Option(
+            metavar="NAME", help="Convention of the angles: rpy, abc, wpr, zyz, xyz_moving, rotation_vector ..."
+        ),
     ] = None,
     map_: Annotated[
-        Path | None, typer.Option("--map", metavar="FILE", help="Which of its columns is which, as YAML.")
+        Path | None, typer.Option("--map", metavar="FILE", help="YAML file that says what each column is.")
     ] = None,
     encoding: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Of the text, where it does not say it: cp932, gbk, cp1252, utf-16 ..."),
+        typer.Option(metavar="NAME", help="Text encoding, if it cannot be detected: cp932, gbk, cp1252, utf-16 ..."),
     ] = None,
     hand_eye: Annotated[
         bool,
         typer.Option(
-            "--hand-eye", help="EXPORT holds poses of the flange and of a board in a camera, for hand-eye calibration."
+            "--hand-eye",
+            help="EXPORT holds poses of the flange and of a board seen by a camera, for hand-eye calibration.",
         ),
     ] = False,
     print_map: Annotated[
-        bool, typer.Option("--print-map", help="Write such a map to start from, to FILE or the screen.")
+        bool, typer.Option("--print-map", help="Write a map to start from, to FILE or the terminal.")
     ] = False,
 ) -> None:
     """Turn exports of instruments into a measurement file.
 
-    Joints and points of two files are joined by name, else by time, else by order. What can't be decided is asked for.
+    Joints and points from two files are matched by name, else by time, else by order. If something cannot be decided,
+    you are asked to state it.
     """
     from fastcal.errors import InvalidInput
     from fastcal.importers import import_measurements, map_text, read_map, write_imported

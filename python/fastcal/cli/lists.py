@@ -10,7 +10,7 @@ from fastcal.cli.console import emit, say
 
 
 def robots() -> None:
-    """List the shipped arms."""
+    """List the arms that are included."""
     from fastcal.io.robot_file import load_robot
     from fastcal.robots import about, available
 

@@ -67,7 +67,7 @@ EXAMPLES = {
 }
 
 Quiet = Annotated[
-    bool, typer.Option("-q", "--quiet", help="Print no summary and no progress; warnings and errors stay.")
+    bool, typer.Option("-q", "--quiet", help="Print no summary and no progress, only warnings and errors.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 

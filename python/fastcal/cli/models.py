@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 def predict(
     model: ModelFile,
-    data: Annotated[Path, typer.Argument(metavar="DATA", help="Poses; only q and the conditions are read.")],
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="Poses; only joint positions and conditions are read.")],
     output: OutFile,
     threads: Threads = 1,
 ) -> None:
-    """Predict where the tool is, and how surely, into a CSV file."""
+    """Predict tool poses and their uncertainty, into a CSV file."""
     import numpy as np
 
     from fastcal.calibration.prediction import predict as predicted

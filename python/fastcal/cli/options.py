@@ -27,51 +27,56 @@ RobotFile = Annotated[
 ]
 ModelFile = Annotated[str, typer.Argument(metavar="MODEL", help="A calibrated robot: model.yaml.")]
 AsRead = Annotated[
-    bool, typer.Option("--as-read", help="Take the columns as they are, though another reading fits far better.")
+    bool, typer.Option("--as-read", help="Accept the columns as they are, even if another reading fits far better.")
 ]
 DataFiles = Annotated[
     list[Path],
     typer.Argument(
         metavar="DATA...",
-        help="Measured poses, or exports that hold joints and points. Several files: each its own station and mount.",
+        help=(
+            "Measured poses, or exports with joint positions and points. With several files, each has its own "
+            "station and mount."
+        ),
     ),
 ]
 OutFile = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")]
 Corners = Annotated[
     Path | None,
-    typer.Option("--corners", metavar="FILE", help="Corners of boards that cameras saw in these poses."),
+    typer.Option("--corners", metavar="FILE", help="Board corners detected by cameras in these poses."),
 ]
 TestCorners = Annotated[
     Path | None,
-    typer.Option("--test-corners", metavar="FILE", help="Corners that cameras saw in the poses of --test."),
+    typer.Option("--test-corners", metavar="FILE", help="Board corners detected in the poses of --test."),
 ]
 Mend = Annotated[
     bool,
-    typer.Option(
-        "--mend", help="Put pictures that are in the wrong rows where they fit; without it they are left out."
-    ),
+    typer.Option("--mend", help="Move pictures in wrong rows to the rows where they fit; otherwise they are left out."),
 ]
 HandEyes = Annotated[
     list[Path] | None,
     typer.Option(
         "--hand-eye",
         metavar="FILE",
-        help="Where the camera is on its arm, for other programs: .calib (easy_handeye2), .launch.py (MoveIt), .urdf, "
-        "camera_info.yaml, .yaml (OpenCV). May be given several times.",
+        help=(
+            "Write the hand-eye transform for other programs: .calib (easy_handeye2), .launch.py (MoveIt), .urdf, "
+            "camera_info.yaml, .yaml (OpenCV); repeatable."
+        ),
     ),
 ]
 OutFolder = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="The folder to write into.")]
-Threads = Annotated[int, typer.Option(min=1, help="Cores to use; the result does not depend on it.")]
+Threads = Annotated[int, typer.Option(min=1, help="Number of threads; the result does not depend on it.")]
 Views = Annotated[
-    str, typer.Option(metavar="LIST", help="In a cell of several arms: what is read, TARGET or TARGET:SENSOR.")
+    str, typer.Option(metavar="LIST", help="In a cell of several arms: the reading, TARGET or TARGET:SENSOR.")
 ]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same numbers.")]
 BesideLanguage = Annotated[
     Literal["rapid", "krl", "fanuc", "urscript", "none"] | None,
-    typer.Option(help="Of the motion program beside the table; default: what the arm's maker speaks."),
+    typer.Option(help="Language of the motion program written next to the table; default: that of the arm's maker."),
 ]
-DwellS = Annotated[float, typer.Option(min=0, help="Wait of the program at each measured stop.")]
-SpeedPercent = Annotated[float, typer.Option(min=1, max=100, help="Of the program; of the arm's greatest speed.")]
+DwellS = Annotated[float, typer.Option(min=0, help="Waiting time of the program at each measured pose.")]
+SpeedPercent = Annotated[
+    float, typer.Option(min=1, max=100, help="Speed of the program, as a percentage of the arm's maximum.")
+]
 
 
 def _language(text: str) -> str:
@@ -86,7 +91,10 @@ LANGUAGES = ("en", "de")  # as fastcal.report has them
 PageLanguage = Annotated[
     str,
     typer.Option(
-        envvar="FASTCAL_LANGUAGE", metavar="en|de", parser=_language, help="Language of the page and of what is said."
+        envvar="FASTCAL_LANGUAGE",
+        metavar="en|de",
+        parser=_language,
+        help="Language of the report and the terminal output.",
     ),
 ]
 

@@ -26,20 +26,22 @@ def place(
     data: DataFiles,
     output: OutFile,
     what: Annotated[
-        What, typer.Option(help="A tool, where the arm stands, a part's frame, or a track's or turntable's axis.")
+        What, typer.Option(help="A tool, the arm's base, a part's frame, or the axis of a track or turntable.")
     ],
     name: Annotated[
         str,
-        typer.Option(metavar="NAME,...", help="In a cell: the members that are placed. Of a part: what it is called."),
+        typer.Option(metavar="NAME,...", help="In a cell: the members to locate. For a part: its name."),
     ] = "",
     find_radius: Annotated[
-        bool, typer.Option("--find-radius", help="Find the radius of touched spheres too, near what distance_mm says.")
+        bool,
+        typer.Option("--find-radius", help="Also identify the radius of touched spheres, starting from distance_mm."),
     ] = False,
     threads: Threads = 1,
 ) -> None:
     """Find a tool, a base, a part or an axis from a few touches.
 
-    The arm's geometry is trusted and stays. The file is ROBOT with what was found; a part is written into a cell.
+    The arm's geometry is kept fixed. The output is ROBOT with the frame that was found; a part is written into a cell
+    file.
     """
     from fastcal.errors import InvalidInput
     from fastcal.io.tree_file import is_cell

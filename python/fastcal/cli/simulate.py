@@ -19,29 +19,39 @@ def simulate(
     output: OutFile,
     noise_mm: Annotated[float, typer.Option(min=0, help="Standard deviation of a measured coordinate.")] = 0.0,
     noise_rot_deg: Annotated[
-        float | None, typer.Option(min=0, help="Of the orientation about each axis; without it none is measured.")
+        float | None,
+        typer.Option(
+            min=0,
+            help="Standard deviation of the orientation about each axis; without it no orientation is measured.",
+        ),
     ] = None,
     repeatability_deg: Annotated[
-        float, typer.Option(min=0, help="Standard deviation of each turning joint about where it is sent.")
+        float, typer.Option(min=0, help="Repeatability (standard deviation) of each revolute joint.")
     ] = 0.0,
     points: Annotated[
-        bool, typer.Option(help="Measure points; without them only the other observations that POSES has columns of.")
+        bool,
+        typer.Option(help="Measure points; without them only the other observations for which POSES has columns."),
     ] = True,
     torque_per_ampere: Annotated[
         str,
         typer.Option(
             metavar="NM_A",
-            help="Measure motor currents: torque at a joint per ampere, of all or 6 such as 40,40,35,20,9,9.",
+            help=(
+                "Measure motor currents: joint torque per ampere, one value for all joints or one each, such as "
+                "40,40,35,20,9,9."
+            ),
         ),
     ] = "",
-    friction_nm: Annotated[float, typer.Option(min=0, help="Coulomb friction of each joint, in the currents.")] = 0.0,
+    friction_nm: Annotated[
+        float, typer.Option(min=0, help="Coulomb friction of each joint that appears in the currents.")
+    ] = 0.0,
     views: Views = "",
     seed: Seed = 0,
     threads: Threads = 1,
 ) -> None:
     """Simulate measurements of a robot, into a CSV file.
 
-    The robot's effects act, and noise is added as asked.
+    The robot's effects are included, and the specified noise is added.
     """
     from fastcal.errors import InvalidInput
     from fastcal.io.tree_file import is_cell

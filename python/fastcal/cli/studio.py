@@ -16,10 +16,10 @@ from fastcal.cli.options import PageLanguage
 def studio(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="[FOLDER]", help="The project: a folder, made where it is not there."),
+        typer.Argument(metavar="[FOLDER]", help="The project folder; it is created if it does not exist."),
     ] = Path("fastcal-studio"),
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Where to listen, on this machine alone; 0: any that is free.")
+        int, typer.Option(min=0, max=65535, help="Port to listen on, on this machine only; 0: any free port.")
     ] = 8310,
     demo: Annotated[bool, typer.Option("--demo", help="Fill an empty FOLDER with a simulated project first.")] = False,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
@@ -27,7 +27,7 @@ def studio(
 ) -> None:
     """Open the studio: data, plan, measuring, result, programs.
 
-    A web app on this machine alone; the address that is printed carries the token that lets a browser in.
+    A web app that is reachable from this machine only; the printed address contains the access token.
     """
     from fastcal.io import inputs
     from fastcal.studio.server import check_extra, serve

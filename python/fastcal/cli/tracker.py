@@ -19,17 +19,22 @@ if TYPE_CHECKING:
 
 OPTIONS: dict[str, tuple[Any, Any]] = {
     "sigma_range_mm": (
-        Annotated[float | None, typer.Option(help="Standard deviation of a tracker's lengths, along its beam.")],
+        Annotated[float | None, typer.Option(help="Standard deviation of a tracker's distances, along its beam.")],
         None,
     ),
     "sigma_angle_mrad": (
-        Annotated[float | None, typer.Option(help="Of its angles: across the beam it makes that times the distance.")],
+        Annotated[
+            float | None,
+            typer.Option(
+                help="Standard deviation of a tracker's angles; across the beam this is multiplied by the distance."
+            ),
+        ],
         None,
     ),
     "instrument_at_mm": (
         Annotated[
             str | None,
-            typer.Option(metavar="X,Y,Z", help="Where the tracker stood in the measuring frame; default: the origin."),
+            typer.Option(metavar="X,Y,Z", help="Position of the tracker in the measuring frame; default: the origin."),
         ],
         None,
     ),

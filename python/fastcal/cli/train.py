@@ -23,37 +23,51 @@ def train(
     data: DataFiles,
     output: OutFolder,
     network: Annotated[
-        str, typer.Option(metavar="NAME", help="What to train: mlp, gp, or one of fastcal-studies or another package.")
+        str,
+        typer.Option(
+            metavar="NAME", help="Kind of network: mlp, gp, or one provided by fastcal-studies or another package."
+        ),
     ] = "mlp",
     rivals: Annotated[
-        str, typer.Option(metavar="LIST", help="What it must beat, of gp, knn, boosting, joint-profiles; or none.")
+        str,
+        typer.Option(metavar="LIST", help="Baselines that it must beat: gp, knn, boosting, joint-profiles; or none."),
     ] = "gp,knn,boosting,joint-profiles",
-    folds: Annotated[int, typer.Option(min=2, help="Parts of the data, each held out once.")] = 5,
+    folds: Annotated[int, typer.Option(min=2, help="Number of cross-validation folds.")] = 5,
     seed: Seed = 0,
-    device: Annotated[Literal["auto", "cpu", "cuda"], typer.Option(help="Where to compute.")] = "auto",
+    device: Annotated[Literal["auto", "cpu", "cuda"], typer.Option(help="Device to compute on.")] = "auto",
     trials: Annotated[
-        int | None, typer.Option(min=0, help="Trials an axis of somm, ca-somm; 0: the paper's sizes.")
+        int | None, typer.Option(min=0, help="Trials per axis for somm and ca-somm; 0: the sizes of the paper.")
     ] = None,
     storage: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Keep a search's trials here, and go on from them.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="File in which the trials of a search are stored, and from which it resumes."
+        ),
     ] = None,
-    full: Annotated[bool, typer.Option("--full", help="ga-dnn: the paper's whole budget.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="ga-dnn: use the full budget of the paper.")] = False,
     minutes: Annotated[
-        float | None, typer.Option(help="When a search ends with the best so far; --storage lets a later one go on.")
+        float | None,
+        typer.Option(
+            help=(
+                "Time limit after which a search ends with the best result so far; --storage allows it to be resumed."
+            )
+        ),
     ] = None,
     any_load: Annotated[
-        bool, typer.Option("--any-load", help="Leave the load to the model's compliances: global compensation.")
+        bool, typer.Option("--any-load", help="Leave load effects to the model's compliances: global compensation.")
     ] = False,
     prior: Annotated[
         Path | None,
-        typer.Option("--from", metavar="MODEL", help="A trained model of another arm of this kind: few rows then do."),
+        typer.Option(
+            "--from", metavar="MODEL", help="A trained model of another arm of this kind; then a few rows suffice."
+        ),
     ] = None,
     threads: Threads = 1,
 ) -> None:
-    """Train a network on what a model leaves.
+    """Train a network on a model's residuals.
 
-    It is kept only where it beats its rivals on regions that were held out. With --from, 20 to 100 rows of an arm start
-    from the network of another of its kind, which is used only where it gains on held-out rows.
+    It is kept only if it beats its baselines on held-out regions. With --from, training starts from the network of
+    another arm of the same kind and needs only 20 to 100 rows; it too is used only if it improves held-out rows.
     """
     from fastcal.importers import load_measurements
     from fastcal.io.folder import atomic_folder, check_folder

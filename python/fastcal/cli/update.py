@@ -97,8 +97,8 @@ def compare(
 ) -> None:
     """Compare two models of one arm.
 
-    Says which parameters differ beyond noise, and by how many millimetres at the tool. Bases and tools are aligned and
-    the second model is written in the first one's gauge, so that what no measurement shows is no difference.
+    Reports which parameters differ by more than noise, and by how many millimetres at the tool. Bases and tools are
+    aligned, and the second model is expressed in the gauge of the first, so that unobservable differences do not count.
     """
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot

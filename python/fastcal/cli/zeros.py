@@ -23,19 +23,20 @@ def zeros(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Corners of the board in each picture (detect); none where points were touched (socket).",
+            help="Corners of the board in each picture (from `detect`); not needed if points were touched (socket).",
         ),
     ] = None,
     lerobot: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="LeRobot's calibration, with which the joints were read: written anew too."),
+        typer.Option(
+            metavar="FILE", help="LeRobot's calibration with which the joints were read; a corrected copy is written."
+        ),
     ] = None,
 ) -> None:
-    """Find signs and zeros of joints.
+    """Find the signs and zeros of joints.
 
-    For arms whose motors count from anywhere: the lengths are those of the URDF, and nothing need be known of where the
-    camera and the board are, or the points that the hand's tip touched. Joint positions are as the motors count, in
-    degrees.
+    For arms with arbitrary motor zeros. The lengths are those of the URDF; the poses of camera and board, or the points
+    touched by the tip of the hand, need not be known. Joint positions are those of the motors, in degrees.
     """
     from fastcal.cells.joint_zeros import joint_zeros
     from fastcal.errors import InvalidInput

@@ -115,7 +115,7 @@ def path_accuracy(
     for poses, start in ((wanted, found.nominal_q[0]), (_drive(before.forward(found.q), kind, counts), found.q[0])):
         q, reached, _ = follow(before, targets_of(poses, start, model.joint_count, {}), threads=threads)
         if not reached.all():
-            raise InvalidInput(f"the way to row {int(rows[np.argmin(reached)])} leaves the nominal robot's workspace")
+            raise InvalidInput(f"the path to row {int(rows[np.argmin(reached)])} leaves the nominal robot's workspace")
         got = tool.forward(q, threads=threads, **targets.conditions_of(rows))
         sigma = np.sqrt(np.mean(model.position_deviation(q, **targets.conditions_of(rows)) ** 2, axis=1))
         errors.append(got[:, :3, 3] - wanted[:, :3, 3])

@@ -133,7 +133,7 @@ def compensate_program(
     poses = places.nominal.forward(q_nominal)
     changes, change_notes = _changes(places, q_given, q)
     if nominal is None and not model.description.calibration:
-        notes.append(f"{model.name} holds no calibration: its own geometry is taken as what the controller believes")
+        notes.append(f"{model.name} holds no calibration: its own geometry is taken as the controller's model")
     notes += [*_on_the_arm(model, program), *program.notes, *change_notes, *notes_on_ranges(robot, q, conditions)]
     notes += [] if inverse else _offsets(places, q_nominal, q, conditions)
     error = np.array(

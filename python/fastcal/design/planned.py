@@ -46,7 +46,7 @@ def planned_model(
     for entry, effect in zip(model.entries, model.effects, strict=True):
         for column in _unvaried(entry, effect):
             raise InvalidInput(f"{label(entry)} depends on '{column}', which no choice of poses varies")
-    notes = [f"the poses are not chosen for {', '.join(left_out)}: nothing that a design chooses shows it"]
+    notes = [f"the poses are not chosen for {', '.join(left_out)}: no choice of poses makes it observable"]
     return model, geometry, notes if left_out else []
 
 

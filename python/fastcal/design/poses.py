@@ -128,7 +128,7 @@ def design_poses(
         instruments=instruments,
     )
     if not problem.free:
-        raise InvalidInput("no parameter asked for is identifiable from the candidates")
+        raise InvalidInput("no requested parameter is identifiable from the candidates")
     rows = problem.rows(pool)
     known, uncounted = problem.known_before, list[str]()
     if measured is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Finding, naming and repairing what a robot model is missing."""
+"""Finds the effect that a robot model is missing, grades the evidence, and adds it."""
 
 from fastcal.diagnosis.diagnosis import diagnose
 from fastcal.diagnosis.result import Diagnosis

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The robot with what was found: each model is the very fit that was judged, written as a robot file."""
+"""The robot with the effects found: each model is exactly the fit that was judged, written as a robot file."""
 
 from __future__ import annotations
 

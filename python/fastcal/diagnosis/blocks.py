@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Score tests of everything that could be added to a fit: names, and blocks without one."""
+"""Score tests of everything that could be added to a fit: named effects and generic blocks."""
 
 from __future__ import annotations
 

@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: MIT
 """Did another arm, whose posture is not in the data, load the joints that carry both?
 
-Joints that do not move the tool weigh on those that carry them: a torso that yields turns by another angle in each
+Joints that do not move the tool load those that carry them: a compliant torso deflects differently in each
 posture of the other arm. Where their columns are missing (or hold one value), this angle is one more random number a
 row. With whitened residuals r_i (k,) of row i and the levers g_i = dr_i/dq_j of a joint j that carries them
 
     r_i ~ N(0, phi (1 + t^2 g_i g_i^T)),   gain_j = 2 (max l(phi, t) - max l(phi, 0)).
 
-Other joints on the way to the tool are tried in the same way: one that does not come back to its place leaves this
-trace too. Where a joint that carries no other branch does as well, nothing is named; the carrying joint itself may
-be such a one, so the grade is never better than B.
+Other joints of the chain are tested in the same way: poor repeatability of a joint has the same signature. If a joint
+that carries no other branch fits equally well, nothing is reported; the carrying joint itself may have poor
+repeatability, so the grade is never better than B.
 """
 
 from __future__ import annotations

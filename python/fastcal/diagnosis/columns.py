@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which columns of the data an error was tried against, beside the joints' positions, and which not, and why."""
+"""Columns of the data that were tested as causes, and those that were not, and why."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Curves of joints, and what else is smoothed, beside a fit: how curved each is, as held-out rows predict best."""
+"""Smoothness of joint curves and other smoothed effects, chosen by the prediction of held-out rows."""
 
 from __future__ import annotations
 

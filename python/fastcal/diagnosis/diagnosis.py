@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where model and measurement disagree, which effect is missing, and what adding it mends: docs/diagnosis.md."""
+"""Where model and measurements disagree, which effect is missing, and what adding it gains: docs/diagnosis.md."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def diagnose(
     robot = as_robot(robot)
     if robot.of_poses:
         raise InvalidInput(
-            f"{robot.name} is known by the poses of its flange alone (robot: pose), in which causes of an arm's error "
+            f"{robot.name} is known only by the poses of its flange (robot: pose), in which causes of an arm's error "
             "cannot be told apart; give the arm's file and its joint positions"
         )
     rows = counted_once(in_order(as_data(data, robot)))
@@ -96,14 +96,14 @@ def diagnose(
     looked = judged_pictures(robot, rows, mend=mend, threads=threads)
     data = looked.data
     test = None if test is None else of_unknown_order(as_data(test, robot))
-    notify(said("looking at the columns"))
+    notify(said("checking the columns"))
     check_postures(data)
     suspected = [*check_pictures(looked, as_read=as_read), *check_columns(robot, data, as_read=as_read)]
     misfits = gross_misfits(robot, data, threads)
     data = without_kinds(data, [misfit.kind.name for misfit in misfits])
     of_the_arm = [name for name in exclude if name.partition("@")[0] not in RIG_TRAITS]
     library = build_library(robot, data, parse_exclusions(of_the_arm, robot))
-    notify(said("looking at cameras and boards"))
+    notify(said("locating cameras and boards"))
     robot, of_the_rig = found_rig_causes(robot, data, library.names, exclude, threads)
     with workers(threads):
         found = _found(robot, data, test, library, sigma, threads, notify)
@@ -112,15 +112,15 @@ def diagnose(
             if not gross:
                 break
             lost = sorted({*found.lost, *gross})
-            notify(said("without {count} rows that nothing explains", count=len(lost)))
+            notify(said("trying without {count} rows that nothing explains", count=len(lost)))
             found = _found(robot, data, test, library, sigma, threads, notify, lost)
         reading = None if found.rows is not None else suspect_columns.suspected(found.search, found.told.best)
         if reading is not None:
-            notify(said("with another reading of a column"))
+            notify(said("trying another reading of a column"))
             data = reading.of(data)
             library = build_library(robot, data, library.excluded)
             found = _found(robot, data, test, library, sigma, threads, notify, found.lost)
-        notify(said("adding what was found"))
+        notify(said("adding the effects found"))
         result = found.result(misfits)
         if reading is not None:
             sentence = joined("", [capital(reading.words), ". ", result.sentence])
@@ -168,11 +168,11 @@ def _found(
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
     geometry = fit(problem, [])
     _refuse_few_postures(looked_at, geometry)
-    notify(said("how large the noise is"))
+    notify(said("estimating the noise"))
     problem, level = with_estimated_noise(problem, geometry, sigma)
     moved = all_moved(level.moved, trusted, rows)
     if moved and len(lost) + len(moved) <= MAX_MOVED_SHARE * data.measured.sum():
-        notify(said("without {count} rows that lie off together", count=len(moved)))
+        notify(said("trying without {count} rows that are off together", count=len(moved)))
         return _found(robot, data, test, library, sigma, threads, notify, sorted({*lost, *moved}))
     plain, best, level = searched(problem, level, sigma, notify)
     search = plain.search
@@ -182,7 +182,7 @@ def _found(
     curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
     best = grading.borne_out(search, best)
-    notify(said("weighing what else it could be"))
+    notify(said("testing alternative causes"))
     model = rivals.bare(best)
     remains = unexplained.remains(best)
     if remains or sum(map(is_periodic, best.names)) > 1:  # waves of several orders draw any curve
@@ -194,7 +194,7 @@ def _found(
     sure, unsure = sure_names(search, best) if final is best else (best, {})
     told = Told(model.state, final, remains, unsure)
     model = rivals.bare(sure) if unsure else model
-    notify(said("beside what anyone would try"))
+    notify(said("comparing with plain models"))
     written = best_of_all(plain, model, remains=remains)
     if rows is None and remains:
         simpler = {id(one.fit): one for one in map(rivals.bare, (search.start, model.state))}

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What makes a fit impossible: values that no robot has, laws of loads where the rows have none, another arm.
+"""Reasons to reject a fit: implausible values, load laws without varying loads, another arm.
 
-Each is a symptom of another cause, however well the fit leaves the rows.
+Each is a symptom of another cause, however small the residuals.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""From the set that was found to the result: what is written, the findings with their grades, and the verdict."""
+"""From the set of effects found to the result: the written model, the findings with their grades, and the verdict."""
 
 from __future__ import annotations
 

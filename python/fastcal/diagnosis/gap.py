@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The gap between measured and predicted readings, and what each effect that joins the model takes of it."""
+"""The gap between measured and predicted readings, and how much each added effect closes of it."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Gap:
     Attributes:
         on: "test", "held out", or "fitted" where neither is known: the poses that it is of.
         sizes: RMS errors of the steps.
-        floor: What noise alone makes.
+        floor: What noise alone accounts for.
         unit: Of both.
     """
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Blocks without a name: "something at joint 4 that depends on q4". What no name explains, they place.
+"""Generic blocks: "something at joint 4 that depends on q4". They localize an error that no effect explains.
 
 A block is a motion of one frame (or of the measured point itself) times smooth functions of what varies from row to
 row, orthonormal over the rows. In finite terms they are the orthogonal, embedded Gaussian process of Plumlee (2017).

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How sure is a name? Grade A only where everything that could be mistaken for it has been refused."""
+"""Grades of findings: A only if everything that could be mistaken for the cause has been ruled out."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The geometry held near nominal, where too few rows fix it: as `calibrate` holds it (`calibration.shrinkage`)."""
+"""The geometry held near nominal if too few rows determine it, as in `calibrate` (`calibration.shrinkage`)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a fit predicts of rows that it has not seen: each fold of the poses by the others, linearized at the fit.
+"""Cross-validation of a fit: each fold of the poses predicted from the others, linearized at the fit.
 
 With A the whitened rows with their priors, F the fitted rows of the other folds and r what the fit leaves,
     b = (A_F^T A_F)^-1 A_F^T r_F,   e = r - A b   in the rows of the fold.

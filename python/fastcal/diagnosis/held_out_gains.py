@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""By how much names help to predict held-out rows, with closed loops too, which bend between two fits."""
+"""How much effects improve the prediction of held-out rows, also for closed loops, which are nonlinear."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The names that a diagnosis may give: every effect, owner and option that the robot has and the data can show."""
+"""The hypotheses of a diagnosis: every effect, owner and option that the robot can have and the data can show."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which constant of a closed loop is not as the robot file says: a rod of another length, a pin in another place.
+"""Which constant of a closed loop differs from the robot file: the length of a rod, the place of a pin.
 
 Every calibration identifies these constants, with all others of the geometry, so none of them is missing from a model.
 What is asked is which one of them is off by more than machining leaves. Whitened rows at the file's geometry are

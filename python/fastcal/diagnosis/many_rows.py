@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where rows abound: names are searched for in some of them, and what was found is fitted to all.
+"""Large data sets: the search uses a sample of the rows, and the result is fitted to all.
 
-A search fits dozens of sets; what it takes grows with the rows, what it learns hardly does. It looks at stretches of
+A search fits dozens of sets; its cost grows with the rows, its information hardly does. It uses stretches of
 consecutive rows, so that noise with a memory and approaches stay what they are, spread evenly over the order of
 measuring, and at the rows in which a joint or a condition has its least and largest value, so that curves have the same
 ranges.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Noise with memory: rows measured one after the other err alike, and every fit and test takes that in.
+"""Serially correlated noise: the errors of successive rows are similar, which every fit and test takes into account.
 
 Temperature, air and drift make noise that changes slowly: AR(1), numbers of rows s and t correlated by rho^|s - t|
 along the order of measuring. Its whitening is generalized least squares (P. Prais, C. Winsten 1954): each number less

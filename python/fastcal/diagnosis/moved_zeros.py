@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Did the base move, or a joint's zero? A turn of the base about joint 1's axis and a jump of joint 1's zero are one.
+"""Did the base move, or a joint's zero? A base that turned about joint 1's axis looks like a jump of its zero.
 
 A crash, or a mastering that slipped, moves the zero of a joint for all rows from then on. That is no effect of the
 library; of joint 1 it moves the tool exactly as a base that turned about joint 1's axis (slid along it, where the joint

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How large the noise is and which rows are wrong, against a rich model: no missing effect passes for either."""
+"""Noise level and outliers relative to a rich model, so that no missing effect is mistaken for either."""
 
 from __future__ import annotations
 
@@ -165,15 +165,15 @@ def row_run_notes(data: Dataset, outliers: Sequence[int], error: FloatArray) -> 
     told = [] if shared is None else [_shared_note(shared[0], at[shared[1]])]
     return told + [
         f"rows {own[0]} to {own[-1]} were measured one after the other and {_how_far(error[own])} ({len(own)} of "
-        "them): nothing that was tried explains them, and no fit holds them; look at what happened there"
+        "them): no cause that was tested explains them, and they are left out of the fits; check what happened there"
         for own in rows
     ]
 
 
 def _shared_note(joint: int, rows: IndexArray) -> str:
     return (
-        f"rows {', '.join(map(str, rows))} are far off and share a small part of the way of joint {joint + 1}, which "
-        "outliers do not: something is wrong there that too few poses show to say more"
+        f"rows {', '.join(map(str, rows))} are far off and lie within a small part of the range of joint {joint + 1}, "
+        "which is unlikely for outliers: there is an error there, but too few poses to say more"
     )
 
 
@@ -186,7 +186,7 @@ def _how_far(error: FloatArray) -> str:
     if float(mean @ mean) < TOGETHER * float(np.mean(np.sum(known**2, axis=1))):
         return "are far off"
     shift = from_si(float(np.linalg.norm(mean)), "mm")
-    return f"lie {shift:.2g} mm off together, as if something had been moved and put back"
+    return f"are all off by about the same {shift:.2g} mm, as if something had been moved and put back"
 
 
 def moved_together(slow: Sequence[SlowMotion], data: Dataset) -> IndexArray:
@@ -254,7 +254,7 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
             replace(problem.noise, freedom=np.inf),
             own,
             source,
-            said("as claimed, and what the richest model leaves agrees"),
+            said("as stated, and the residuals of the richest model agree"),
         )
     factor = problem.noise.factor * float(np.sqrt(ratio))
     noise = replace(problem.noise, factor=factor, freedom=rich.freedom)
@@ -262,19 +262,19 @@ def noise_level(problem: Problem, rich: RichFit, data: Dataset, option: float | 
     if added:
         part = from_si(problem.noise.common[0], "mm")
         note = said(
-            "the rows' own claims and {size:.4f} mm common to all, which the richest model leaves beyond them",
+            "the stated sigma of each row and {size:.4f} mm common to all, from the residuals of the richest model",
             size=float(part),
         )
         return NoiseLevel(noise, sigma, "residual", note)
     if claimed:
         note = said(
-            "what the richest model leaves; {source} claims {size:.4f} mm, which is {judged}",
+            "the residuals of the richest model; {source} states {size:.4f} mm, which is {judged}",
             source=said("a column") if option is None else said("an option"),
             size=float(from_si(own, "mm")),
             judged=said("too small") if ratio > 1 else said("too large"),
         )
         return NoiseLevel(noise, sigma, "residual", note)
-    note = said("estimated from what the richest model leaves; no sigma column, no repeated poses")
+    note = said("estimated from the residuals of the richest model; no sigma column, no repeated poses")
     return NoiseLevel(noise, sigma, "residual", note)
 
 
@@ -301,12 +301,12 @@ def _from_repeats(problem: Problem, rich: RichFit, data: Dataset, option: float 
         if least <= sigma**2 / own**2 <= most:
             noise = replace(problem.noise, freedom=np.inf)
             source = "option" if option is not None else "column"
-            agreed = said("as claimed, and {count:.0f} differences of repeated poses agree", count=float(freedom))
+            agreed = said("as stated, and {count:.0f} differences of repeated poses agree", count=float(freedom))
             return NoiseLevel(noise, own, source, agreed)
     if against >= low:
         together = freedom + rich.freedom
         sigma = float(np.sqrt((freedom * sigma**2 + rich.freedom * own**2 * rich.mean_square) / together))
-        freedom, note = together, said("{note} and what the richest model leaves, which agree", note=note)
+        freedom, note = together, said("{note} and the residuals of the richest model, which agree", note=note)
     noise = replace(problem.noise, factor=problem.noise.factor * sigma / own, freedom=freedom)
     return NoiseLevel(noise, sigma, "repeats", note)
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Positions, orientations, lengths and tilts each have noise of their own.
+"""Positions, orientations, lengths and tilts each have their own noise.
 
 A tracker's points say nothing of how well its probe's orientations are known, and a kind that is whitened by the noise
 of another weighs too much or too little in every fit and test (variance components; F. R. Helmert 1924). The first kind

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Several waves of one joint, or one smooth curve over its position? The likelier of the two.
+"""Several waves of one joint, or one smooth curve over its position? The more likely of the two.
 
 A few orders can follow any curve, so chi square alone prefers them. Here both are random functions of the joint's
 position beside the rest of the model, each with one amplitude at its most likely size (`surrogate.evidence`): the waves

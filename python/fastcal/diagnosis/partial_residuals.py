@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Partial residuals: what the data show of one effect, pose by pose, against the variable that it depends on.
+"""Partial residuals of one effect, pose by pose, against the variable that it depends on.
 
 The residual with the effect put back, r + C theta (component-plus-residual plot, Ezekiel 1924; Larsen and McCleary
 1972). An effect of a joint is read as that joint's error, a motion of the base where the tool works, the growth of an

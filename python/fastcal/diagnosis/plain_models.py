@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What was found beside what anyone would try by hand: the model that predicts rows held out of it best is written.
+"""Comparison with plain models that anyone would try: the model that predicts held-out rows best is written.
 
 Plain models are base and tool alone, the geometry, and the geometry with the compliance, the sag, or a curve of every
 joint, or with compliance and curves; by themselves and beside the names, where rows are few with the geometry held near
@@ -114,7 +114,7 @@ class Judged:
             said("{effect} of {places}", effect=_what(effect), places=_where(own, joints))
             for effect, own in owners.items()
         ]
-        parts += [said("a smooth function of what it leaves")] if self.has_surrogate else []
+        parts += [said("a smooth function of its residuals")] if self.has_surrogate else []
         held = model.fit.problem.arm_size
         arm = said("base and tool") if held == 0 else said("the geometry")
         if parts:
@@ -127,10 +127,10 @@ class Judged:
             arm = said("{arm}, without the weight of the arm", arm=arm)
         if self.by_least_squares:
             arm = said("{arm}, by least squares of all rows", arm=arm)
-        better = said("no richer one leaves clearly less of what poses held out of the fit are off by")
+        better = said("no richer model has a clearly smaller error on held-out poses")
         if self.lead > 0:
             better = said(
-                "it leaves {share:.0%} less of what poses held out of the fit are off by, squared",
+                "it reduces the mean square error on held-out poses by {share:.0%}",
                 share=float(self.lead),
             )
         return joined("; ", [arm, better])

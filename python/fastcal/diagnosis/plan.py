@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What to measure next where several names explain the data, and what a plan will show before it is measured."""
+"""What to measure next if several causes explain the data, and what a planned measurement can show."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Pictures as what they say of a posture: six numbers each, with the noise of a posture in them.
+"""Pictures reduced to six numbers each, with the repeatability of the posture included in their noise.
 
 All that moves a camera against a board moves the corners of a picture along L (K, 6), what a small motion of the arm's
 base does to them, each corner over its standard deviation. With L = Q R, Q^T r (6,) holds all that the picture says of

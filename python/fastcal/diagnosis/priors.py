@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What parameters may be: plausible sizes and the deviations of their priors, before the rows are looked at."""
+"""Priors of the parameters: plausible sizes and standard deviations, independent of the residuals."""
 
 from __future__ import annotations
 

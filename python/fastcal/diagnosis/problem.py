@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A robot, its measurements and what may be missing: the problem that fits and score tests are of."""
+"""The diagnosis problem: a robot, its measurements and the hypotheses, as used by fits and score tests."""
 
 from __future__ import annotations
 

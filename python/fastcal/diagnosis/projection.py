@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Score tests by matrix products: what the fitted parameters leave of all blocks at once, in as few rows as do.
+"""Score tests by matrix products: all blocks projected on the complement of the fitted parameters at once.
 
 With Q an orthonormal basis of A's columns, R = C - Q Q^T C and r' = r - Q Q^T r. The tests read inner products of
 [R r'] only, so where there are more rows than columns the triangle T of a pivoted Cholesky factorization of

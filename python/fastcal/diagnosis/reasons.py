@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Why something is not given, or not surer, as data: `words.reason_text` makes the sentences."""
+"""Why a cause is not reported or has no better grade, as data: `words.reason_text` makes the sentences."""
 
 from __future__ import annotations
 
@@ -15,42 +15,42 @@ NOMINAL_ARM, HELD_ARM = "base,tool", "geometry"
 class Reason(Enum):
     """Why a hypothesis is, or is not, given; why a finding has no better grade."""
 
-    GIVEN = "it is given"
+    GIVEN = "it is reported"
     IMPOSSIBLE = "its parameters lie beyond their bounds"
-    NOT_SIGNIFICANT = "what it explains is no more than chance"
-    NOT_NEEDED = "it does as well as what is given, or is not needed beside it"
+    NOT_SIGNIFICANT = "it explains no more than chance would"
+    NOT_NEEDED = "it fits no better than what is reported, or is not needed beside it"
     LEAVES_MORE = "something else stays significant with it in the model"
 
-    SOMETHING_REMAINS = "something has no name"
-    SHADOW = "it does the work of what has no name"
-    EQUIVALENTS = "other hypotheses do as well"
+    SOMETHING_REMAINS = "part of the misfit is unexplained"
+    SHADOW = "it absorbs an unexplained error"
+    EQUIVALENTS = "other hypotheses fit equally well"
     WEAK_SIGNAL = "its signal-to-noise ratio is below that of grade A"
-    LOOKS_LIKE_OTHERS = "its signal is too weak beside what it may make up for"
-    UNNAMED_RIVALS = "blocks without a name do as well"
-    SIMPLER_DOES = "the data do not show what sets it apart from a simpler one"
-    IMPLAUSIBLE = "its size is"
+    LOOKS_LIKE_OTHERS = "its signal is too weak next to what it may compensate for"
+    UNNAMED_RIVALS = "blocks without a physical cause fit equally well"
+    SIMPLER_DOES = "the data do not distinguish it from a simpler one"
+    IMPLAUSIBLE = "its size is implausible"
     NOT_HELD_OUT = "held-out poses are not predicted better"
     UNSTABLE = "parts of the data put another hypothesis first"
     OWN_MODEL = "the diagnosis of its own model finds more"
     TURNED_DIRECTION = "its lost motion is negative"
     LOAD_MODIFIER = "a large effect of loads may have this form"
-    UNSURE_COMPANION = "another effect of the set is not sure"
-    NAMES_EXCLUDED = "not every name was tried"
-    NOISE_OVER_CLAIM = "more remains than the claimed noise"
-    ORDERS_ALIKE = "waves of other orders do as well"
-    ZERO_JUMPED = "a joint whose zero jumped does the same"
-    ZERO_CREEPS = "a joint whose zero creeps does the same"
-    CURVE_WITHOUT_NAME = "a joint errs by its own position"
-    OTHER_FORM = "another form of it does as well"
-    NO_MASSES = "without masses no law of the load shows"
+    UNSURE_COMPANION = "another effect in the set is uncertain"
+    NAMES_EXCLUDED = "not every cause was tested"
+    NOISE_OVER_CLAIM = "more remains than the stated noise"
+    ORDERS_ALIKE = "waves of other orders fit equally well"
+    ZERO_JUMPED = "a joint whose zero jumped looks the same"
+    ZERO_CREEPS = "a joint whose zero drifts looks the same"
+    CURVE_WITHOUT_NAME = "the error of a joint depends on its own position"
+    OTHER_FORM = "another form of it fits equally well"
+    NO_MASSES = "without masses the load law cannot be identified"
     PART_OF_A_PLAIN_MODEL = "part of a plain model that predicts held-out poses best"
     PLAIN_MODEL_PREDICTS = "not written: a plain model without it predicts held-out poses better"
     MAY_BE_CHANCE = "not written: noise may have made it"
     NOT_OF_OTHER_POSTURES = "not written: other postures may not show it"
-    CHANGES_OTHERWISE = "not written: what it stands for changes in another way"
+    CHANGES_OTHERWISE = "not written: the underlying cause may behave differently"
 
 
-# Reasons for which a name of grade C may be the cause all the same.
+# Reasons with which a finding of grade C may still be the right cause.
 MAY_BE_ANOTHER = frozenset([Reason.LOOKS_LIKE_OTHERS, Reason.UNSTABLE, Reason.IMPLAUSIBLE, Reason.NO_MASSES])
 
 

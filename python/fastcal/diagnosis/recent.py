@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Large things that are worked out from small ones: the latest are kept, up to so many bytes."""
+"""A cache of large computed objects, limited in bytes."""
 
 from __future__ import annotations
 

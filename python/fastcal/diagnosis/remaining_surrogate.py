@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What remains without a name gets a place and, where poses left out agree, a surrogate in the model."""
+"""Unexplained error: it gets a place and, if this improves held-out poses, a surrogate in the model."""
 
 from __future__ import annotations
 

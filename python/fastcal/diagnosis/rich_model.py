@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A model rich enough to leave nothing but noise, whatever is missing: a fit and the blocks beside it.
+"""The rich model: a fit with so many additional blocks that only noise remains, whatever is missing.
 
 As many named and unnamed blocks as RICH_MODEL_SHARE and RICH_MODEL_COLUMNS allow, linear at the fit (Baarda 1968, with
 the alternatives themselves as the model).

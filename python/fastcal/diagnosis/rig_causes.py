@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What is wrong with a camera or a board, and not with the arm: numbers of the cell file that are not as it says.
+"""Causes of error in a camera or a board rather than the arm: wrong values in the cell file.
 
 Corners r (m,) [px] of geometry, cameras and boards fitted have the covariance sigma^2 V, where in each row
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The causes of error in cameras and boards that are tried: numbers of the cell file, and how each changes it."""
+"""The causes of error in cameras and boards that are tested, and how each changes the cell file."""
 
 from __future__ import annotations
 

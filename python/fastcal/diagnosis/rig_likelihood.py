@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""How likely the corners of pictures are with causes of error beside the geometry: the equations of `rig_causes`."""
+"""Likelihood of the corners with causes of error added to the geometry: the equations of `rig_causes`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where something remains: what was found against the plain models that anyone would try, on rows held out of each.
+"""If an error remains: the effects found against the plain models that anyone would try, on held-out rows.
 
 Each model is judged by `held_out`, its options (orders, corners, curvatures) as its fit to all rows has them: of two
 models that differ in those only, this says little; between names and curves it says which predicts. What has no name

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which rows a linear model can't reach, and what it leaves of the others.
+"""Rows that a linear model cannot fit, and the residuals of the others.
 
 With Z an orthonormal basis of all rows of X, the fit without some numbers w follows from that to all:  with
 G = 1 - Z_w Z_w^T,  left = left_all + Z Z_w^T G^-1 left_all,w  and  h = Z (1 + Z_w^T G^-1 Z_w) Z^T, whatever rows are

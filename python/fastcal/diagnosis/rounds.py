@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""A search, begun again where what it finds shows other noise or waves than it began with."""
+"""A search, repeated if its result changes the noise estimate or the waves that it started from."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Whitened rows of a fit brought back to one number a pose: a joint's angle, a motion, a length along a signature.
+"""Whitened rows of a fit reduced to one number per pose: a joint angle, a motion, a length along a signature.
 
 With y the whitened partial residual of pose k and c_k its column, the least-squares size is c_k y_k / (c_k c_k).
 """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Effects with a number of their own that no fit finds: where a jump is, a period, a time constant, a lag.
+"""Scans for parameters that a fit cannot find: the row of a jump, a period, a time constant, a lag.
 
 Each is scanned over a grid by score tests at a fit, one projection for all; the number of looks multiplies the p value
 (trials factor; E. Gross, O. Vitells 2010), and what would be left is the noise that it must stand out of: beside a
@@ -37,20 +37,17 @@ from fastcal.diagnosis.library import (
     with_number,
 )
 from fastcal.diagnosis.projection import score_tests
+from fastcal.diagnosis.step_or_condition import is_a_condition
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
 from fastcal.place import joint_name, source_of
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, SearchNode
-    from fastcal.measurements.dataset import Dataset
 
 
 # Names that a scan may add.
 SCANNED_NAMES = 8
-# Share of a step (of its variance) that positions, payload, stations and mounts of the rows may explain: where they
-# change with it, it is no step in time.
-MAX_STEP_SHARE = 0.5
 _AT_ONCE = 128  # names that are scored together, for the memory that their columns take
 _LOADS_APART = 4.0  # loads of a form that are tried, above and below the first
 _PLACES_OF_STEPS = ("at_s", "at_row", "rows", "at_deg", "at_mm")
@@ -72,30 +69,11 @@ def scan(state: SearchNode, *, among: Container[str] | None = None) -> list[Hypo
         best = max(own, key=lambda i: worth[i])
         if p[best] * len(grid) < rules.ALPHA_SCAN:
             name = refined(grid[best], [grid[i] for i in own], state)
-            if not is_a_condition(name, state.fit.problem.kept) and _is_of_positions(name, state.fit, len(grid)):
+            if not is_a_condition(name, state.fit, len(grid)) and _is_of_positions(name, state.fit, len(grid)):
                 found.append((float(worth[best]), name))
     likeliest = sorted(found, key=lambda pair: -pair[0])[:SCANNED_NAMES]
     enough = periodic.SCANNED_SHARE * max((value for value, _ in likeliest), default=0.0)
     return [name for value, name in likeliest if value >= enough]
-
-
-def is_a_condition(name: Hypothesis, data: Dataset) -> bool:
-    """Is it a step between rows that differ in where the arm stands, what it carries, or who looks?
-
-    Fifty rows without a load, then fifty with one: what changed in between may be the load's work, and rows that are
-    sorted by a joint's position change with it.
-    """
-    at = name.entry.get("at_s", name.entry.get("at_row"))
-    if at is None or not effect_has_moment(name.effect):
-        return False
-    step = (order_of_rows(data) >= at).astype(float)
-    labels = [own[:, np.newaxis] == np.unique(own) for own in (data.station, data.mount) if own is not None]
-    numbers = [data.q, data.payload[:, np.newaxis], *labels, *(v[:, np.newaxis] for v in data.sensors.values())]
-    if data.approach is not None:
-        numbers.append(data.approach)
-    X = np.column_stack([np.ones(len(step)), *(np.nan_to_num(part.astype(float)) for part in numbers)])
-    left = step - X @ np.linalg.lstsq(X, step, rcond=1e-9)[0]
-    return bool(left @ left < (1 - MAX_STEP_SHARE) * np.sum((step - step.mean()) ** 2))
 
 
 def _is_of_positions(name: Hypothesis, at: Fit, tried: int) -> bool:

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""From what is left to names: the sets of effects with which nothing significant remains.
+"""The search: sets of effects with which nothing significant remains.
 
-Detection, identification, adaptation (Teunissen 2018): a set of names stands when, with it in the model, no other name
-and no block without a name is significant (encompassing). Sets grow from the best few of each size, each refitted with
-all its nonlinearity; of those that stand, every member is then exchanged for every other name that could do its work.
+Detection, identification, adaptation (Teunissen 2018): a set of effects suffices if, with it in the model, no other
+effect and no generic block is significant (encompassing). Sets grow from the best few of each size, each refitted with
+all its nonlinearity; in those that suffice, every member is then exchanged for every other effect that could replace
+it.
 """
 
 from __future__ import annotations

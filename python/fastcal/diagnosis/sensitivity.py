@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What could have been seen, what could not, what looks alike, and why each name was not given."""
+"""Detectable and undetectable effects, look-alikes, and why each cause was not reported."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What looks like noise with a memory and is none: a base or a target that drifts, or is knocked and put back.
+"""Motions that look like correlated noise: a base or a target that drifts, or is knocked and put back.
 
 Rows in succession err alike then as well, and noise with a memory (`memory.py`) would take it in. It says less about
 the rows: they are correlated, not which way they move. So each motion in time is tested beside that noise, in the

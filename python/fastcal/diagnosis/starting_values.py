@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where a fit begins: at the values of an earlier fit or of the robot file, at zero for what is new."""
+"""Starting values of a fit: those of an earlier fit or of the robot file, zero for new parameters."""
 
 from __future__ import annotations
 

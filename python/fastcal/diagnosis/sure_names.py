@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Which of the names that are given are sure enough to be in the model that is written.
+"""Which of the reported causes are certain enough for the written model.
 
 A name that noise made moves poses that were not measured by as much as it pretended to explain, and rows held out can't
 tell it from a true one: of white noise, x^T r of the whole is sufficient for the size along a column x, so that

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What is written beside simpler models with a surrogate of what they leave: a rich one may have drawn it already.
+"""The result compared with simpler models that have a surrogate of their residuals.
 
 A wrong name, a sag or a curve of every joint takes a part of what has no name, and what it leaves of that no smooth
 function of one place finds any more. So the geometry alone, and with the names alone, are tried with their surrogates

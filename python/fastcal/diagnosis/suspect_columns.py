@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Is a column of the data another thing than its title says? A payload in pounds, a row late, with labels exchanged.
+"""Mislabelled columns: a payload in pounds, shifted by a row, or with exchanged labels.
 
 A payload that is wrong makes causes: a mass, a compliance that bends, a drift. So where a set of names leaves something
 or needs more than plain compliances, other readings of the column are fitted beside these. Directions of approach that

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Tails of the laws that score statistics follow."""
+"""Tail probabilities of the distributions of score statistics."""
 
 from __future__ import annotations
 

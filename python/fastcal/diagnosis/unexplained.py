@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What no name explains: the curves of joints that err by their own position, and the likeliest place of all else."""
+"""Unexplained error: curves of joints whose error depends on their own position, else the likeliest place."""
 
 from __future__ import annotations
 

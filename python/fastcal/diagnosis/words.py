@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""The verdict in a sentence or two that a person who knows robots can act on."""
+"""The verdict in one or two sentences on which a robot engineer can act."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ _VARIABLES = {
     "temperature_c": said("temperature"),
     "payload_kg": said("the payload"),
     "reach": said("where the arm reaches"),
-    "gravity": said("how it is held against gravity"),
-    "weight": said("the payload and how it is held against gravity"),
-    "sight": said("the side from which it is looked at"),
-    "forward": said("the direction in which it is looked at"),
-    "height": said("the height at which it is looked at"),
+    "gravity": said("its orientation to gravity"),
+    "weight": said("the payload and its orientation to gravity"),
+    "sight": said("the side from which the instrument sees it"),
+    "forward": said("the direction in which the instrument sees it"),
+    "height": said("the height at which the instrument sees it"),
     "range": said("the distance from the instrument"),
 }
 _OF_A_JOINT = {
     "load": "the load on joint {number}",
     "move": "the last move of joint {number}",
-    "approach": "the direction from which joint {number} came",
-    "down": "how link {number} is held against gravity",
+    "approach": "the approach direction of joint {number}",
+    "down": "the orientation of link {number} to gravity",
 }
 
 
@@ -63,42 +63,59 @@ _REASONS = {
     Reason.IMPOSSIBLE: "it would need a sign or size that is physically impossible",
     Reason.NOT_SIGNIFICANT: "not significant",
     Reason.NOT_NEEDED: "it fits equally well, or is not needed",
-    Reason.LEAVES_MORE: "it leaves {subjects} at p = {value:.1e}",
-    Reason.SOMETHING_REMAINS: "something else remains unexplained, and it may take this one's place",
-    Reason.SHADOW: "poses are predicted better with it, and most of the misfit has another cause",
-    Reason.EQUIVALENTS: "other causes explain the data as well",
-    Reason.WEAK_SIGNAL: "its signal is {value:.1f} times the noise; grade A needs {limit:g} times, which an unlisted "
-    "cause that looks alike would not survive",
-    Reason.LOOKS_LIKE_OTHERS: "its signal is {value:.1f} times the noise; a cause that looks alike would show itself "
-    "from {limit:g} times on",
-    Reason.UNNAMED_RIVALS: "an unnamed cause would do as well: {subjects}",
-    Reason.SIMPLER_DOES: "the data do not show what sets it apart from {subjects}",
+    Reason.LEAVES_MORE: "it leaves {subjects} unexplained (p = {value:.1e})",
+    Reason.SOMETHING_REMAINS: "something else remains unexplained, and it may replace this cause",
+    Reason.SHADOW: "poses are predicted better with it, but most of the misfit has another cause",
+    Reason.EQUIVALENTS: "other causes explain the data equally well",
+    Reason.WEAK_SIGNAL: (
+        "its signal is {value:.1f} times the noise; grade A needs {limit:g} times, at which an unlisted cause that "
+        "looks alike would be recognized"
+    ),
+    Reason.LOOKS_LIKE_OTHERS: (
+        "its signal is {value:.1f} times the noise; a cause that looks alike would be recognized from {limit:g} "
+        "times on"
+    ),
+    Reason.UNNAMED_RIVALS: "an unidentified cause would fit equally well: {subjects}",
+    Reason.SIMPLER_DOES: "the data do not distinguish it from {subjects}",
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
     Reason.NOT_HELD_OUT: "held-out poses are not predicted clearly better with it",
     Reason.UNSTABLE: "in cross-validation it ranked first in only {value:.0%} of the folds",
-    Reason.OWN_MODEL: "asked about the model that was written, the same data show something more",
-    Reason.TURNED_DIRECTION: "its size is negative, which no gear has: its approach column probably has the other sign",
-    Reason.LOAD_MODIFIER: "it may be the form of a large effect of loads rather than a cause of its own",
-    Reason.UNSURE_COMPANION: "another effect of the set is not sure, and may make up for its form",
-    Reason.NAMES_EXCLUDED: "names were excluded, so that not everything that could be mistaken for it was tried",
-    Reason.NOISE_OVER_CLAIM: "what remains is {value:.1f} times the claimed noise: the claim is too small, or "
-    "something remains that has no name",
+    Reason.OWN_MODEL: "tested against the model that was written, the same data show a further effect",
+    Reason.TURNED_DIRECTION: (
+        "its size is negative, which is impossible for a gear: the sign of its approach column is probably reversed"
+    ),
+    Reason.LOAD_MODIFIER: "it may reflect the form of a large load effect rather than a separate cause",
+    Reason.UNSURE_COMPANION: "another effect in the set is uncertain, and may compensate for an error in its form",
+    Reason.NAMES_EXCLUDED: (
+        "causes were excluded from the search, so that not everything that could be mistaken for it was tested"
+    ),
+    Reason.NOISE_OVER_CLAIM: (
+        "what remains is {value:.1f} times the stated noise: either that is too small, or an unidentified error remains"
+    ),
     Reason.ORDERS_ALIKE: "orders {orders} look the same at these positions of the joint: measure between them",
-    Reason.ZERO_JUMPED: "a jump of the zero of {places} does the same: check its mastering",
-    Reason.ZERO_CREEPS: "a creeping zero of {places} does the same: check its mastering",
-    Reason.OTHER_FORM: "another law would do as well: {subjects}",
-    Reason.NO_MASSES: "the robot file has no masses and the data one payload: they show where the arm yields, and not "
-    "by which law",
-    Reason.PART_OF_A_PLAIN_MODEL: "it is in the model because poses that were held out are predicted best with it in "
-    "every joint; whether this joint has it is not shown",
+    Reason.ZERO_JUMPED: "a jump of the zero of {places} looks the same: check its mastering",
+    Reason.ZERO_CREEPS: "a drifting zero of {places} looks the same: check its mastering",
+    Reason.OTHER_FORM: "another law would fit equally well: {subjects}",
+    Reason.NO_MASSES: (
+        "the robot file has no masses and the data only one payload: they show where the arm deflects, but not by "
+        "which law"
+    ),
+    Reason.PART_OF_A_PLAIN_MODEL: (
+        "it is in the model because held-out poses are predicted best with it in every joint; the data do not show "
+        "whether this joint has it"
+    ),
     Reason.PLAIN_MODEL_PREDICTS: "it is not in the model: a plain model without it predicts held-out poses "
     "clearly better",
-    Reason.MAY_BE_CHANCE: "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data "
-    "sets, and such a cause would make other poses worse; {limit:.0e} at most is needed",
+    Reason.MAY_BE_CHANCE: (
+        "it is not in the model: noise alone makes some cause look like this in {value:.0e} of data sets, and such "
+        "a cause would make other poses worse; at most {limit:.0e} is required"
+    ),
     Reason.NOT_OF_OTHER_POSTURES: "it is not in the model: postures that were held out with all their payloads are not "
     "predicted clearly better with it",
-    Reason.CHANGES_OTHERWISE: "it is not in the model: what it stands for may change with time or temperature in "
-    "another way, and poses that are measured later may be predicted worse with it",
+    Reason.CHANGES_OTHERWISE: (
+        "it is not in the model: the underlying cause may behave differently over time or temperature, and poses "
+        "that are measured later may be predicted worse with it"
+    ),
     Reason.CURVE_WITHOUT_NAME: "the joint's position error has a shape that no single cause explains",
 }
 
@@ -140,7 +157,7 @@ def reason_text(because: Because, speak: Speak = str) -> Said:
         return text
     waves = [said("{n} ({size:.2g} mrad)", n=n, size=float(from_si(a, "mrad"))) for n, a in because.waves]
     periodic = chained("{first} and {second}", waves)
-    return said("{reason}; mostly periodic, cycles a turn: {waves}", reason=text, waves=periodic)
+    return said("{reason}; mostly periodic, cycles per turn: {waves}", reason=text, waves=periodic)
 
 
 def _listed(orders: list[str]) -> str:
@@ -183,7 +200,7 @@ def noise_doubts(over_claim: float, memory: float) -> list[str]:
     if over_claim > rules.MAX_OVER_CLAIM:
         out.append(
             said(
-                "the noise is {times:.1f} times what is claimed: the claim is too small, or something is missing that "
+                "the noise is {times:.1f} times the stated value: either that is too small, or a missing effect "
                 "passes for noise",
                 times=float(over_claim),
             )
@@ -216,14 +233,14 @@ def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> Said:
 def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     if not found.effects:
         if found.unexplained:
-            return said("Something is missing in the model, and no effect of the library explains it.")
+            return said("Something is missing from the model, and no effect in the library explains it.")
         links = ("; but {doubt}", *["; and {doubt}"] * len(doubts))
         but = [said(link, doubt=doubt) for link, doubt in zip(links, doubts, strict=False)]
         noise = found.main_noise.kind.text(found.main_noise.value, 3)
         if found.misfits:
-            text = said("The other readings show no missing effect above their noise of {noise}", noise=noise)
+            text = said("In the other readings no missing effect is detectable above the noise of {noise}", noise=noise)
         else:
-            text = said("Nothing is missing that these data could show above their noise of {noise}", noise=noise)
+            text = said("No missing effect is detectable above the noise of {noise}", noise=noise)
         return joined("", [text, *but, "."])
     waves = [f for f in found.effects if traits_of(f.effect).is_wave and f.grade != "C"]
     many = len(waves) > MAX_WAVES_LISTED
@@ -241,13 +258,13 @@ def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
     if curves:
         sentences.append(
             said(
-                "{where}: the error depends on the joint's own position as no known effect does; the model has its "
-                "curve.",
+                "{where}: the error depends on the joint's own position in a way that no known effect does; the "
+                "model contains its curve.",
                 where=capital(joined(", ", curves)),
             )
         )
     if not sentences:
-        return said("Something is missing in the model, and no effect that was found makes up for it.")
+        return said("Something is missing from the model, and the effects found do not account for it.")
     return joined(" ", sentences)
 
 
@@ -256,9 +273,9 @@ def _many_waves(waves: list[Finding]) -> Said:
     orders: dict[Said, list[str]] = {}
     for f in waves:
         orders.setdefault(owner_in_words(f.owner), []).append(f"{f.parameters['order'].value:g}")
-    each = [said("{owner} {orders} times a turn", owner=own, orders=", ".join(of)) for own, of in orders.items()]
+    each = [said("{owner} {orders} times per turn", owner=own, orders=", ".join(of)) for own, of in orders.items()]
     return said(
-        "The joints err periodically, by gears or encoders, the largest waves first: {waves}.",
+        "The joints have periodic errors, from gears or encoders; the largest first: {waves}.",
         waves=joined("; ", each),
     )
 
@@ -278,7 +295,7 @@ def _doubtful(f: Finding) -> Said:
         others = chained("{first} or {second}", [cause_in_words(*other) for other in f.equivalents])
         return said("{cause}, or {others}: these data can't tell which.", cause=what, others=others)
     if f.grade == "C" and not f.in_model:
-        return said("{cause} is possible, and no more.", cause=what)
+        return said("{cause} is possible, but no more than that.", cause=what)
     if any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1]):
         because = said("the cause may be another one")
     else:
@@ -312,8 +329,8 @@ def _plain(found: Diagnosis) -> str:
     if found.plain is None:
         return ""
     left = [f for f in found.effects if _is_outdone(f)]
-    text = said("The model that is written is a plain one: {model}.", model=found.plain)
-    return joined(" ", [text, said("It does without {causes}.", causes=_by_effect(left))]) if left else text
+    text = said("The model that was written is a plain one: {model}.", model=found.plain)
+    return joined(" ", [text, said("It leaves out {causes}.", causes=_by_effect(left))]) if left else text
 
 
 def _is_of_a_plain_model(finding: Finding) -> bool:
@@ -333,9 +350,9 @@ def _not_written(effects: list[Finding]) -> str:
         return ""
     if len(left) == len(effects):
         if len(left) == 1:
-            return said("It is not sure enough to be in the model.")
-        return said("None is sure enough to be in the model.")
-    return said("Not sure enough to be in the model: {causes}.", causes=_by_effect(left))
+            return said("It is not certain enough to be in the model.")
+        return said("None is certain enough to be in the model.")
+    return said("Not certain enough to be in the model: {causes}.", causes=_by_effect(left))
 
 
 def variables_in_words(names: Iterable[str]) -> list[str]:
@@ -364,7 +381,7 @@ def _unexplained(remaining: Unexplained | None) -> str:
         return ""
     parts = [
         said(
-            "Something remains {place} that depends on {variables}, {share:.0%} of the misfit that there was.",
+            "An unexplained error remains {place} that depends on {variables}: {share:.0%} of the original misfit.",
             place=_PLACES.get(remaining.owner) or said("at {place}", place=owner_in_words(remaining.owner)),
             variables=chained("{first} and {second}", variables_in_words(remaining.depends_on)),
             share=remaining.share,
@@ -395,8 +412,8 @@ def _gain(found: Diagnosis) -> str:
     else:
         model = said("it in the model") if one else said("them in the model")
     return said(
-        "With {model} {error} {moves} from {before:.3f} to {after:.3f} {unit} RMS; noise alone makes {floor:.3f} "
-        "{unit}.",
+        "With {model} {error} {moves} from {before:.3f} to {after:.3f} {unit} RMS; noise alone accounts for "
+        "{floor:.3f} {unit}.",
         model=model,
         error=_JUDGED[gap.on],
         moves=said("rises") if gap.rises else said("falls") if after < before else said("does not fall:"),

@@ -52,10 +52,12 @@ RIG_TRAITS = {
     ),
     LOOP_LENGTH: Traits("length not as the file says (loop length)", place="anywhere", number="change"),
     LOOP_PIN: Traits("a pin not where the file says (loop pin)", place="anywhere", number="change"),
-    LOOP_TURN: Traits("a pin turned from what the file says (loop turn)", place="anywhere", number="change"),
+    LOOP_TURN: Traits("a pin at another angle than the file says (loop turn)", place="anywhere", number="change"),
     LOOP_GEAR: Traits("ratio or offset not as the file says (loop gear)", place="anywhere", number="change"),
     JOINT_PLACE: Traits("mounted elsewhere than the file says (joint place)", place="anywhere", number="change"),
     BRANCH_POSTURE: Traits(
-        "what else stands on it moved, its posture not in the data (branch posture)", place="anywhere", number="turn"
+        "something else that stands on it moved, and its posture is not in the data (branch posture)",
+        place="anywhere",
+        number="turn",
     ),
 }

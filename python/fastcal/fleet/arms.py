@@ -75,5 +75,5 @@ def check_names(arms: Sequence[Arm]) -> None:
     seen: set[str] = set()
     for arm in arms:
         if arm.name in seen:
-            raise InvalidInput(f"two arms are called '{arm.name}': give each a name of its own")
+            raise InvalidInput(f"two arms are called '{arm.name}': each needs a different name")
         seen.add(arm.name)

@@ -32,7 +32,7 @@ STATUSES = {
     "too_few_equations": said("too few equations"),
 }
 _MOST_TOLD = 6  # arms that the verdict names
-_OUTSTANDING = 2  # times the error of the middle arm, beyond which an arm is named
+_OUTSTANDING = 2  # times the error of the median arm, beyond which an arm is named
 _EACH_TICKED = 12  # arms: with more, Plotly finds whole numbers by itself
 
 
@@ -100,7 +100,7 @@ def _verdict(found: Fleet) -> Verdict:
     outstanding = _outstanding(found)
     if outstanding:
         names = listed([f"{arm.name} ({significant(arm.after or 0.0, 3)} mm)" for arm in outstanding[:_MOST_TOLD]])
-        text_of = _("More than {times} times the error of the middle arm: {arms}.", times=_OUTSTANDING, arms=names)
+        text_of = _("More than {times} times the error of the median arm: {arms}.", times=_OUTSTANDING, arms=names)
         told.append(Remark(text_of, True, "arms"))
     caused = [arm for arm in _worst_first(found) if arm.causes]
     told += [Remark(f"{arm.name}: {_spoken(arm.causes)}", True, "arms") for arm in caused[:_MOST_TOLD]]
@@ -130,7 +130,7 @@ def _without_folders(message: str) -> str:
 def _tiles(found: Fleet) -> list[tuple[str, str, str]]:
     """Middle error before and after, and arms without a model."""
     tiles = [(_("Arms"), str(len(found)), "")]
-    for title, field in ((_("Nominal, middle arm"), "before_mm"), (_("Calibrated, middle arm"), "after_mm")):
+    for title, field in ((_("Nominal, median arm"), "before_mm"), (_("Calibrated, median arm"), "after_mm")):
         sizes = [size for arm in found if (size := getattr(arm, field)) is not None]
         tiles += [(title, f"{significant(median(sizes), 3)} mm", _("RMS"))] if sizes else []
     return [*tiles, (_("Without a model"), str(len(found.failed)), "")]

@@ -70,7 +70,7 @@ def calibrate_many(
         report(said("calibrating {count} arms", count=len(arms)))
         found = dict(zip((arm.name for arm in arms), run(arms, check_all), strict=True))
         if not check_all and (odd := suspects(list(found.values()))):
-            report(said("looking closer at {count} arms", count=len(odd)))
+            report(said("examining {count} arms more closely", count=len(odd)))
             again = run([arm for arm in arms if arm.name in odd], True)
             found |= {row.name: row for row in again}
     return Fleet(list(found.values()))

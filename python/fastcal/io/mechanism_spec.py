@@ -36,7 +36,7 @@ def mechanism_spec(of: Mechanism, motors: Iterable[str], base_link: str = "", ti
     """
     for what, names in (("link", of.links), ("joint", [joint.name for joint in of.joints])):
         if twice := next((name for name in names if names.count(name) > 1), None):
-            of.fail(f"there are two {what}s '{twice}'; give each a name of its own")
+            of.fail(f"there are two {what}s '{twice}'; each needs a different name")
     driven = set(motors)
     if unknown := driven - {joint.name for joint in of.joints}:
         of.fail(f"there is no joint '{min(unknown)}'; there are {listed(joint.name for joint in of.joints)}")

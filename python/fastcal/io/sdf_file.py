@@ -43,7 +43,7 @@ class _Model:
         if len(self.links | self.joints | self.own) != sum(
             len(model.findall(tag)) for tag in ("link", "joint", "frame")
         ):
-            raise ParseError("two links, joints or frames have one name; give each a name of its own", path)
+            raise ParseError("two links, joints or frames have one name; each needs a different name", path)
         self.of = Mechanism(path, model.get("name", ""), [*self.links], [])
         self.places: dict[str, FloatArray] = {_MODEL: np.eye(4)}
         self.asked: set[str] = set()

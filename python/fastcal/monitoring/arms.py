@@ -26,7 +26,7 @@ from fastcal.monitoring.result import CheckResult
 from fastcal.robot.robot import Robot
 
 MODELS = (".yaml", ".yml")
-NO_FILE, NOTHING_NEW = "no file has such a name", "nothing was measured since the model was made"
+NO_FILE, NOTHING_NEW = "there is no file of this name", "nothing was measured since the model was made"
 MEASUREMENTS = (".csv", ".tsv", ".txt", ".xlsx", ".parquet")
 
 

@@ -137,7 +137,7 @@ def update(
         rows = ", ".join(map(str, wrong))
         notes.append(f"row{'s' if len(wrong) > 1 else ''} {rows} left out: no cause explains their error")
     if not fitted.converged:
-        notes.append("the fit had not come to rest when it ended; the model is the best on its way")
+        notes.append("the fit had not converged when it ended; the model is the best fit found")
     one = (
         replace(kept, station=None, station_names=()) if len(fitted.places) == 1 else kept.select(fitted.places[0].rows)
     )

@@ -41,17 +41,17 @@ def sentence(
     elif verdict == "changed":
         text = _("The arm has changed: {what}.", what="; ".join(cause_text(cause, _) for cause in causes))
     elif not enough:
-        text = _("Too few poses to decide: what remains after the base is fitted could hide any change.")
+        text = _("Too few poses to decide: the residuals left after fitting the base could hide any change.")
     elif causes:
         rows = ", ".join(spoken(cause.label, _) for cause in causes)
-        text = _("Cannot tell: everything fits but {rows}; measure that pose again.", rows=rows)
+        text = _("Cannot tell: everything fits except {rows}; measure that pose again.", rows=rows)
     else:
-        text = _("Cannot tell: the largest error is too near the tolerance.")
+        text = _("Cannot tell: the largest error is too close to the tolerance.")
     if tolerance is None:
         return text
     sizes = {"found": f"{from_si(largest, 'mm'):.3f}", "limit": f"{from_si(tolerance, 'mm'):g}"}
     if within is None:
-        more = _("The largest error, {found} mm, is too near the tolerance of {limit} mm to decide.", **sizes)
+        more = _("The largest error, {found} mm, is too close to the tolerance of {limit} mm to decide.", **sizes)
     elif within:
         more = _("The largest error, {found} mm, is within the tolerance of {limit} mm.", **sizes)
     else:
@@ -91,16 +91,18 @@ def next_act(
 ) -> str:
     """What to do now, in a sentence; "" where the model holds and nothing is asked of it."""
     if verdict == "changed" and has_next_poses:
-        return _("Next: measure the poses listed below; they tell apart what these cannot.")
+        return _("Next: measure the poses listed below; they distinguish the causes that these poses cannot.")
     if verdict == "changed":
         acts = list(dict.fromkeys(_act(cause, _) for cause in causes))
-        return _("Next: {acts}; or take the change into the model with `fastcal update`.", acts="; ".join(acts))
+        return _("Next: {acts}; or bring the model up to date with `fastcal update`.", acts="; ".join(acts))
     if verdict == "cannot_tell":
         if has_next_poses:
             return _("Next: measure the poses listed below and check again with all rows.")
-        return _("Next: measure more poses, or give a tolerance that the noise can decide.")
+        return _("Next: measure more poses, or choose a tolerance that can be decided at this noise level.")
     if within is False:
-        return _("Next: the model is as good as it was, and that is not enough here: calibrate anew with more poses.")
+        return _(
+            "Next: the model is as good as it was, but that does not meet the tolerance: recalibrate with more poses."
+        )
     return ""
 
 
@@ -111,14 +113,14 @@ def _act(cause: Cause, _: Translate) -> str:
         (change,) = cause.changes
         return _("re-master {joint}, whose zero moved by {size}", joint=owner, size=size_text(change))
     if cause.kind == "tool":
-        return _("see whether the tool is bent, loose or another one, and measure it again")
+        return _("check whether the tool is bent, loose or has been exchanged, and measure it again")
     if cause.kind == "link":
-        return _("look at {link} and its bolts for a collision", link=owner)
+        return _("check {link} and its bolts for collision damage", link=owner)
     if cause.kind == "noise":
-        return _("look at the instrument, the target's seat and the arm's brakes for what shakes")
+        return _("check the instrument, the target's seat and the arm's brakes for vibration")
     if cause.kind == "row":
         return _("measure that pose again")
-    return _("look at gear and bearings of {owner}", owner=_place(cause.label.partition("@")[2], _))
+    return _("check the gear and bearings of {owner}", owner=_place(cause.label.partition("@")[2], _))
 
 
 def cause_text(cause: Cause, _: Translate = plain) -> str:

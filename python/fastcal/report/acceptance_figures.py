@@ -27,7 +27,7 @@ def drawings(found: Acceptance) -> list[Figure]:
 
 def arm_in_space(found: Acceptance) -> Figure:
     """The arm at the commanded poses, with what was attained as arrows."""
-    told = _("Each arrow goes from the commanded point towards the mean of what was attained, enlarged as said.")
+    told = _("Each arrow points from the commanded point towards the mean of the attained points, magnified as stated.")
     positions, off, arm = accepted_arm(found)
     return workspace.scene(positions, off, None, np.zeros(3), _("the base"), arm, told=told)
 
@@ -69,6 +69,6 @@ def _visits(found: Acceptance) -> Figure:
             hover = f"{station.pose}{station.direction}: %{{x:.4f}}, %{{y:.4f}} mm"
             traces.append(figures.points(e[shown, 0], e[shown, 1], colours[station.pose], 5, 0.55, hover=hover))
     drawn = figures.layout("x (mm)", "y (mm)", yaxis={"scaleanchor": "x", "scaleratio": 1})
-    alt = _("Attained less commanded points of all visits, in the axes of the base.")
+    alt = _("Attained minus commanded points of all visits, in base coordinates.")
     key = [Key(name, colour, "point") for name, colour in colours.items()]
     return Figure("visits", _("Visits from above"), alt, traces, drawn, columns=3, height=330, key=key)

@@ -82,9 +82,9 @@ def verdict_of(verdict: Judgement | None, remarks: list[Remark]) -> Verdict:
         None: _("Not judged"),
     }[verdict]
     headline = {
-        "pass": _("The arm keeps every limit that was set."),
-        "fail": _("The arm is out of a limit."),
-        "cannot_tell": _("The measurement cannot decide whether the arm keeps its limits."),
+        "pass": _("The arm meets every limit that was set."),
+        "fail": _("The arm exceeds a limit."),
+        "cannot_tell": _("The measurement cannot decide whether the arm meets its limits."),
         None: _("No limit was given, so there is no verdict."),
     }[verdict]
     return Verdict(_TONES[verdict], word, headline, remarks)
@@ -103,7 +103,7 @@ def judged_sentence(each: Judged) -> str:
             unit=_SHOWN[UNITS[each.figure.unit]],
         )
     return _(
-        "{symbol} at {where}: {value} ± {expanded} {unit}, limit {limit} {unit}; kept with a probability of {odds}.",
+        "{symbol} at {where}: {value} ± {expanded} {unit}, limit {limit} {unit}; met with a probability of {odds}.",
         symbol=each.figure.symbol,
         where=each.figure.where,
         value=value,
@@ -116,15 +116,15 @@ def judged_sentence(each: Judged) -> str:
 
 def missing_sentence(name: str) -> str:
     """A limit that no figure shows."""
-    return _("A limit is given for {name}, and nothing was measured that shows it.", name=name)
+    return _("A limit is given for {name}, but no measurement determines it.", name=name)
 
 
 def judgement_rule() -> str:
     """How a figure is held against its limit."""
     return _(
-        "U is the expanded uncertainty, k its coverage factor. A limit is kept where the true figure lies within it "
-        "with a probability P of at least {sure}, exceeded where P is at most {rest}; in between, within the guard "
-        "band g, the measurement cannot decide (ISO 14253-1, JCGM 106).",
+        "U is the expanded uncertainty, k its coverage factor. A limit is met if the true value lies within it with "
+        "a probability P of at least {sure}, and exceeded if P is at most {rest}; in between, within the guard band "
+        "g, the measurement cannot decide (ISO 14253-1, JCGM 106).",
         sure=percent(CONFIDENCE),
         rest=percent(1 - CONFIDENCE),
     )
@@ -134,12 +134,15 @@ def _cautions(found: Acceptance) -> list[str]:
     """The notes of the test in the language of the page."""
     out = [missing_sentence(name) for name in found.missing]
     if found.budget is None:
-        out.append(_("No budget was given: the uncertainties hold the scatter of the visits alone."))
+        out.append(_("No budget was given: the uncertainties include only the scatter of the visits."))
     if not found.is_iso_9283:
         out.append(_("The plan of ISO 9283, five poses with thirty visits each, is not met."))
     if found.campaign.fitted:
         out.append(
-            _("The instrument was aligned to the poses: AP holds nothing that a rigid motion of all would explain.")
+            _(
+                "The instrument was aligned to the commanded poses: AP excludes every error that a common rigid "
+                "motion would explain."
+            )
         )
     return out
 

@@ -81,4 +81,4 @@ def path_verdict_lines(found: PathVerdict) -> list[str]:
             verdict=_VERDICTS[each.verdict or ""],
         )
         lines.append(text)
-    return lines + [_("{name}: nothing was measured that shows it", name=name) for name in found.missing]
+    return lines + [_("{name}: no measurement determines it", name=name) for name in found.missing]

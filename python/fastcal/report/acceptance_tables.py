@@ -92,7 +92,9 @@ def poses_table(found: Acceptance) -> Table:
             ]
         )
     return Table(
-        _("Commanded poses in the base, and how far the mean attained points are from them"), columns, [Group(rows)]
+        _("Commanded poses in the base frame, and the deviation of the mean attained points from them"),
+        columns,
+        [Group(rows)],
     )
 
 

@@ -62,7 +62,7 @@ def _headline(found: ArmChecks, changed: list[ArmCheck]) -> str:
             return _("1 of {all} arms has changed: {names}.", all=len(found.arms), names=names)
         return _("{count} of {all} arms have changed: {names}.", count=len(changed), all=len(found.arms), names=names)
     if found.of("cannot_tell", "unchecked"):
-        return _("No arm is known to have changed; of some that is not known.")
+        return _("No arm is known to have changed; for some the data cannot tell.")
     return _("Every model still holds.")
 
 
@@ -70,7 +70,10 @@ def arm_sentence(arm: ArmCheck) -> str:
     """What the check says of an arm, in the language of the page."""
     if arm.found is not None:
         return check_sentence(arm.found)
-    known = {NO_FILE: _("no file has such a name"), NOTHING_NEW: _("nothing was measured since the model was made")}
+    known = {
+        NO_FILE: _("there is no file of this name"),
+        NOTHING_NEW: _("nothing was measured since the model was made"),
+    }
     return known.get(arm.message, arm.message)
 
 
@@ -119,7 +122,7 @@ def _ratios(found: ArmChecks) -> Figure | None:
             key.append(entry)
     key.append(Key(_("expected"), figures.INK, "dash"))
     drawn = figures.layout(_("arms, the smallest first"), _("RMS found / expected"), yaxis={"rangemode": "tozero"})
-    alt = _("RMS of every arm over the expected RMS, sorted; 1 is what noise makes.")
+    alt = _("RMS of every arm relative to the expected RMS, sorted; 1 is the level of the noise.")
     return Figure("ratios", _("Errors of all arms"), alt, traces, drawn, columns=6, height=300, key=key)
 
 

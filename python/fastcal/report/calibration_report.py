@@ -41,8 +41,8 @@ Array = NDArray[np.float64]
 
 def _methods() -> dict[str, str]:
     return {
-        "nls": _("nonlinear least squares (Newton's steps first, Ceres' trust region where one is refused)"),
-        "ceres": _("nonlinear least squares (Ceres' trust region alone)"),
+        "nls": _("nonlinear least squares (Newton steps, Ceres' trust region where a step is rejected)"),
+        "ceres": _("nonlinear least squares (Ceres' trust region only)"),
         "bfgs": _("BFGS with line search on the root of the mean squared distance"),
         "bfgs_mean_distance": _("BFGS with line search on the mean distance"),
     }
@@ -107,7 +107,7 @@ def _page(
         trend_note=residual_figures.drawn_note(train.row_count, result.train.row_count) if train else "",
         parameter_table=calibration_tables.parameter_table(result.parameters, holds=not result.caveats),
         parameter_sizes=sizes_figure(moved_at_tool(result)),
-        caveat=caveat_text() if result.caveats else "",
+        caveat=caveat_text(result) if result.caveats else "",
         unidentifiable=[
             (capitalised(in_words(item.direction)), in_words(item.parameters[0]) if item.parameters else "")
             for item in result.unidentifiable
@@ -257,10 +257,10 @@ def accuracy_figures(sets: list[Rows]) -> list[figures.Figure]:
 
 def _method(result: CalibrationResult) -> list[tuple[str, str]]:
     data = result.train.data
-    robust = _("{loss}, robust: rows that fit badly weigh less", loss=result.loss)
-    plain = _("none: every row weighs by its standard deviation alone")
+    robust = _("{loss}, robust: rows that fit badly get less weight", loss=result.loss)
+    plain = _("none: each row is weighted by its standard deviation only")
     outcome = _(
-        "{message}; {iterations} over all rounds of weights, noise and loads",
+        "{message}; {iterations} in all rounds of weights, noise and loads together",
         iterations=plural(result.iterations, "iteration"),
         message=ending(result.message),
     )
@@ -273,7 +273,7 @@ def _method(result: CalibrationResult) -> list[tuple[str, str]]:
         (
             _("Parameters"),
             _(
-                "{asked} asked for, {found} identifiable from the data",
+                "{asked} requested, {found} identifiable from the data",
                 asked=result.asked_count,
                 found=len(result.parameters),
             ),

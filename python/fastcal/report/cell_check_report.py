@@ -49,14 +49,16 @@ def _check_page(found: CellCheck) -> str:
     notes = [f"{each.way.name}: {each.way.words(_(reason))}" for each in found.ways for reason in each.found.reasons]
     sections = [
         *scene_sections(_scene(found)),
-        Section("ways", _("What was read"), tables=[_way_table(found)], notes=notes),
+        Section("ways", _("Readings taken"), tables=[_way_table(found)], notes=notes),
     ]
     if any(each.found.causes for each in found.ways):
         sections.append(Section("causes", _("What explains it"), tables=[_cause_table(found)]))
     told = {each.way.name: f"{each.way.name}: {each.way.words(_(each.found.sentence))}" for each in found.ways}
     remarks = [Remark(told[each.way.name], each.state != "holds", "ways") for each in found.ways]
     other = [told[each.way.name] for each in found.ways if each.state != "holds"]
-    headline = " ".join(other) or _("The cell holds: what was read of each target is as its model and the noise say.")
+    headline = " ".join(other) or _(
+        "The cell's model still holds: the readings of each target agree with it to within the noise."
+    )
     verdict = Verdict(TONES[state], capitalised(state_word(state)), headline, remarks)
     tiles = [_tile(each) for each in found.ways]
     return cell_page(
@@ -103,7 +105,7 @@ def _way_table(found: CellCheck) -> Table:
         arms = " + ".join(arm.name for arm in each.way.arms)
         words = [Cell(each.way.name), Cell(arms), Cell(state_word(each.state)), Cell(unit_text(kind.unit))]
         rows.append([*words, *(number_cell(significant(size, 4), size) for size in sizes)])
-    return Table(_("Each way from the world to a target"), columns, [Group(rows)])
+    return Table(_("Each chain from the world to a target"), columns, [Group(rows)])
 
 
 def _cause_table(found: CellCheck) -> Table:
@@ -133,10 +135,10 @@ def _whole_page(found: WholeCheck) -> str:
         blind = ", ".join(in_words(name) for name in found.blind)
         notes.append(_("These readings do not show whether this moved: {what}.", what=blind))
     sections = scene_sections(cell_scene(found.there, found.readings))
-    sections.append(Section("kinds", _("What was read"), tables=[_kind_table(found)], notes=notes))
+    sections.append(Section("kinds", _("Readings taken"), tables=[_kind_table(found)], notes=notes))
     if found.moved:
         sections.append(Section("causes", _("What explains it"), tables=[_member_table(found)]))
-    tiles = [(_("Poses"), str(found.postures), ""), (_("Chance"), p_text(found.p_value), _("of as large a rest"))]
+    tiles = [(_("Poses"), str(found.postures), ""), (_("Chance"), p_text(found.p_value), _("of residuals this large"))]
     title = (_("Check of {robot}", robot=found.cell.name), _("Does the calibration still hold?"))
     verdict = Verdict(TONES[state], capitalised(state_word(state)), _(found.sentence), [])
     return cell_page(found.cell, title, verdict, tiles, sections)
@@ -153,7 +155,7 @@ def _kind_table(found: WholeCheck) -> Table:
         sizes = [of.kind.shown(size) for size in (after.rms, after.max, found.noise[name].value)]
         words = [Cell(_(of.kind.plural)), Cell(unit_text(of.kind.unit)), number_cell(str(after.count), after.count)]
         rows.append([*words, *(number_cell(significant(size, 4), size) for size in sizes)])
-    title = _("Errors against the model, and the noise of a number as the calibration found it")
+    title = _("Errors relative to the model, and the noise per number that the calibration found")
     return Table(title, columns, [Group(rows)])
 
 
@@ -192,7 +194,7 @@ def picture_check_page(found: PictureCheck, part: Evaluation, model: Robot, lang
         verdict = Verdict(TONES[found.verdict], capitalised(state_word(found.verdict)), _picture_headline(found), [])
         tiles = [
             (_("RMS error"), f"{significant(rms)} px", _("expected {size} px", size=significant(found.expected_px))),
-            (_("Chance"), p_text(found.p_value), _("of errors as large where nothing moved")),
+            (_("Chance"), p_text(found.p_value), _("of errors this large if nothing moved")),
         ]
         sections = scene_sections(pictures_scene(model, None, part))
         sections.append(Section("pictures", _("Pictures"), drawings=[_pictures(found)]))
@@ -216,10 +218,10 @@ def picture_check_page(found: PictureCheck, part: Evaluation, model: Robot, lang
 
 def _picture_headline(found: PictureCheck) -> str:
     if found.verdict == "holds":
-        return _("The cell holds: the pictures are as its model and the noise say.")
+        return _("The cell's model still holds: the pictures agree with it to within the noise.")
     if found.lens is not None:
         return _(
-            "The lens of camera {camera} changed, its focal length by {size} %: calibrate again, the lens too.",
+            "The lens of camera {camera} changed, its focal length by {size} %: calibrate again, including the lens.",
             camera=found.lens.camera,
             size=significant(found.lens.focal_percent),
         )
@@ -240,9 +242,9 @@ def _pictures(found: PictureCheck) -> figures.Figure:
     drawn = figures.layout(_("row (number)"), _("RMS error (px)"), yaxis={"rangemode": "tozero"}, xaxis={"range": ends})
     key = [
         figures.Key(_("a picture"), figures.AFTER, "point"),
-        figures.Key(_("expected of noise alone"), figures.MUTED, "dash"),
+        figures.Key(_("expected from noise alone"), figures.MUTED, "dash"),
     ]
-    alt = _("RMS error of the corners of each picture, with what noise alone would leave.")
+    alt = _("RMS error of the corners of each picture, and the level expected from noise alone.")
     return figures.Figure("pictures", _("Error of each picture"), alt, traces, drawn, height=260, key=key)
 
 

@@ -35,7 +35,7 @@ from fastcal.report.words import Remark, Verdict, listed
 from fastcal.said import said
 
 DIAGNOSIS_FILES = ("model.yaml", "diagnosis.json", "report.html")
-_STEPS = {None: said("Places alone"), GEOMETRY: said("Geometry"), FOUND: said("With what was found")}
+_STEPS = {None: said("Places alone"), GEOMETRY: said("Geometry"), FOUND: said("With the effects found")}
 _CHIPS = 6  # causes beside the verdict
 _MOST_WAYS = 4  # of which other causes are drawn
 
@@ -65,15 +65,17 @@ def _diagnosis_page(found: CellDiagnosis) -> str:
     if found.readings is not None:
         sections += scene_sections(cell_scene(found.cell, found.readings, found.gap[0].cell if found.gap else None))
     if found.effects:
-        lead = _("Owners carry their arm. A joint that several ways have in common is judged by the readings of each.")
+        lead = _(
+            "Owners are prefixed with their arm. A joint that several chains share is judged by the readings of each."
+        )
         sections.append(Section("found", _("What is missing"), lead, tables=[_cause_table(found)]))
     sections.append(
-        Section("ways", _("What was read"), tables=[_way_table(found.ways)], notes=[*map(_numbering, found.ways)])
+        Section("ways", _("Readings taken"), tables=[_way_table(found.ways)], notes=[*map(_numbering, found.ways)])
     )
     if found.gap:
-        sections.append(Section("gap", _("How far readings are off"), tables=[_gap_table(found.gap)]))
+        sections.append(Section("gap", _("Errors of readings"), tables=[_gap_table(found.gap)]))
     if others := _other_causes(found):
-        lead = _("What each cause explains alone, of each way")
+        lead = _("What each cause explains alone, for each chain")
         sections.append(Section("ranking", _("Other causes"), lead, drawings=others, folded=True))
     if reasons := [line for of in found.effects for line in _reasons(found, of)]:
         sections.append(Section("reasons", _("Why no grade is better"), notes=reasons, folded=True))
@@ -185,10 +187,10 @@ def _missing(found: CellDiagnosis) -> str:
     """`found.sentence` in the language of the page."""
     listed, more = found.told
     named = [_("{cause} (grade {grade})", cause=of.finding.label, grade=of.finding.grade) for of in listed]
-    named += [_("{count} more that are no more than possible (grade C)", count=more)] if more else []
+    named += [_("{count} more that are merely possible (grade C)", count=more)] if more else []
     rest = [
         _(
-            "Something remains in what was read of {target}, most of it at {place}.",
+            "An unexplained error remains in the readings of {target}, most of it at {place}.",
             target=each.way.name,
             place=each.way.owner(each.found.unexplained.owner),
         )
@@ -196,7 +198,7 @@ def _missing(found: CellDiagnosis) -> str:
         if each.found.unexplained is not None
     ]
     if not named and not rest:
-        return _("Nothing is missing that these readings could show above their noise.")
+        return _("No missing effect is detectable above the noise of these readings.")
     return " ".join([*([_("Missing: {causes}.", causes=", ".join(named))] if named else []), *rest])
 
 
@@ -230,7 +232,7 @@ def _cause_table(found: CellDiagnosis) -> Table:
         others = "; ".join(_(cause_in_words(effect, owner)) for effect, owner in f.equivalents)
         cause = _(cause_in_words(f.effect, f.owner))
         rows.append([Cell(f.grade), Cell(cause), Cell(sizes), Cell(others), Cell(", ".join(of.seen_by))])
-    return Table(_("Causes that the readings ask for"), columns, [Group(rows)])
+    return Table(_("Causes that the readings indicate"), columns, [Group(rows)])
 
 
 def _numbering(each: WayDiagnosis) -> str:
@@ -241,7 +243,7 @@ def _numbering(each: WayDiagnosis) -> str:
 
 def _way_table(ways: Sequence[WayDiagnosis]) -> Table:
     columns = [Column(title, numeric=False) for title in (_("Target"), _("Arms"), _("Found"))]
-    columns += [Column(title) for title in (_("RMS, geometry alone"), _("RMS, with all"), _("Noise makes"))]
+    columns += [Column(title) for title in (_("RMS, geometry alone"), _("RMS, with all"), _("Noise alone"))]
     columns += [Column(title, numeric=False) for title in (_("Unit"), _("Page"))]
     rows = []
     for each in ways:
@@ -256,5 +258,5 @@ def _way_table(ways: Sequence[WayDiagnosis]) -> Table:
                 Cell(_("its own page"), link=f"{each.way.folder}/report.html"),
             ]
         )
-    caption = _("Each way from what reads to what is read, judged on poses that were held out")
+    caption = _("Each chain from a sensor to its target, judged on held-out poses")
     return Table(caption, columns, [Group(rows)])

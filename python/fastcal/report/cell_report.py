@@ -72,14 +72,14 @@ def _calibration_page(found: CellResult) -> str:
     main = next(iter(found.train.values()), None)
     sections = [
         *scene_sections(cell_scene(found.cell, found.readings, found.nominal)),
-        Section("readings", _("Errors of what was read"), drawings=_drawings(found.views), tables=[_view_table(found)]),
-        Section("places", _("Where everything stands"), tables=_place_tables(found.placements)),
+        Section("readings", _("Errors of the readings"), drawings=_drawings(found.views), tables=[_view_table(found)]),
+        Section("places", _("Where everything is located"), tables=_place_tables(found.placements)),
         *_sizes(found),
         *(_arm_section(name, own) for name, own in _by_arm(found)),
     ]
     if held := [spaced(of.direction) for of in found.unidentifiable]:
-        lead = _("{directions}, held where the file has them", directions=plural(len(held), "direction"))
-        sections.append(Section("held", _("What no reading shows"), lead, notes=held, folded=True))
+        lead = _("{directions}, held at the values in the file", directions=plural(len(held), "direction"))
+        sections.append(Section("held", _("What no reading determines"), lead, notes=held, folded=True))
     if found.outliers:
         rows = ", ".join(map(str, found.outliers))
         text = _("Rows whose error the noise does not explain, counted from 0: {rows}.", rows=rows)
@@ -228,8 +228,8 @@ def _place_tables(places: Sequence[Placement]) -> list[Table]:
     """Where, and how turned: a table each, so that both have room on the page and on paper."""
     axes = [[f"{axis} (mm)" for axis in "xyz"], [f"{axis} (°)" for axis in ("rx", "ry", "rz")]]
     captions = [
-        _("Where each member stands on its frame, with the standard deviation of what was identified"),
-        _("How each member is turned there"),
+        _("Position of each member on its frame, with the standard deviations of the identified values"),
+        _("Orientation of each member on its frame"),
     ]
     out = []
     for k, (titles, caption) in enumerate(zip(axes, captions, strict=True)):
@@ -262,7 +262,7 @@ def gap_of_kinds(
         noise: Of one number of each kind, SI.
         on_test: Are they of test poses?
     """
-    names = (_("places alone"), _("the geometry of the arms"), _("what was found"))
+    names = (_("places alone"), _("the geometry of the arms"), _("the effects found"))
     out = []
     for name, last in steps[-1].items() if steps else []:
         sizes = [step[name].rms for step in steps if name in step]

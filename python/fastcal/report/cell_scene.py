@@ -164,9 +164,9 @@ def _drawn(arm: Arm, arrows: Sequence[_Arrows], postures: int, *, is_now: bool, 
     if any(not each.is_picture for each in known):
         from_points = _("Each arrow goes from where a target was measured towards where it is predicted.")
         if lines:
-            from_points = _("Of points it goes from where a target was measured towards where it is predicted.")
+            from_points = _("For points it goes from where a target was measured towards where it is predicted.")
         lines.append(from_points)
-    lines += [_("Thin lines join what reads and what is read."), *([told] if told else [])]
+    lines += [_("Thin lines join each sensor to its target."), *([told] if told else [])]
     if len(arm.rows) < postures:
         some = _(
             "{some} of {all} poses are drawn, spread evenly over the rows.",

@@ -140,7 +140,7 @@ def causes_section(found: CheckResult) -> Section:
             )
     notes = [
         _(
-            "As likely by these poses: {names}.",
+            "Equally likely from these poses: {names}.",
             names=", ".join(words.spoken(label, translated) for label in cause.equivalents),
         )
         for cause in found.causes
@@ -148,9 +148,9 @@ def causes_section(found: CheckResult) -> Section:
     ]
     if found.blind:
         names = ", ".join(words.spoken(label, translated) for label in found.blind)
-        notes.append(_("After an instrument is set up again, no pose can show: {names}.", names=names))
+        notes.append(_("After the instrument has been set up again, no pose can determine: {names}.", names=names))
     if not rows:
-        return Section("causes", _("What has changed"), _("Nothing that these poses show."), notes=notes)
+        return Section("causes", _("What has changed"), _("Nothing that these poses can detect."), notes=notes)
     return Section("causes", _("What has changed"), tables=[Table(_("Changes"), columns, [Group(rows)])], notes=notes)
 
 
@@ -179,7 +179,12 @@ def next_poses_sections(found: CheckResult) -> list[Section]:
 def _sought(found: CheckResult) -> Section:
     """What an arm may lose in service, and how small a change of it these poses would have shown."""
     shown = [test for test in found.tests if test.kind in ("zero", "tool", "effect")]
-    columns = [Column(_("What"), numeric=False), Column(_("Estimated change")), Column("±"), Column(_("Shown from"))]
+    columns = [
+        Column(_("What"), numeric=False),
+        Column(_("Estimated change")),
+        Column("±"),
+        Column(_("Detectable from")),
+    ]
     columns.append(Column(_("Unit"), numeric=False))
     rows = []
     for test in shown:
@@ -187,8 +192,12 @@ def _sought(found: CheckResult) -> Section:
         cells = [number_cell(text, v) for text, v in zip(texts, (test.std, test.value, test.detectable), strict=True)]
         name = in_words(f"{test.owner} {bare(test.name, test.unit)}")
         rows.append([Cell(name), cells[1], cells[0], cells[2], Cell(unit_text(test.unit))])
-    lead = _("Each number alone. A change of the size in the column Shown from is found four times in five.")
-    return Section("sought", _("What would have shown"), lead, tables=[Table(_("Changes"), columns, [Group(rows)])])
+    lead = _(
+        "Each parameter on its own. A change of the size in the column Detectable from is found four times in five."
+    )
+    return Section(
+        "sought", _("What would have been detected"), lead, tables=[Table(_("Changes"), columns, [Group(rows)])]
+    )
 
 
 def _check_method(found: CheckResult) -> Section:

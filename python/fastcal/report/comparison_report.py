@@ -64,8 +64,8 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                     "parameters",
                     _("Parameters"),
                     _(
-                        "B is written in A's gauge: what no measurement shows is no difference. Base and tool are "
-                        "left out."
+                        "B is expressed in A's gauge, so that directions which no measurement determines do not "
+                        "count as differences. Base and tool are left out."
                     ),
                     drawings=present(sized),
                 ),
@@ -104,7 +104,10 @@ def _headline(found: Comparison) -> str:
 def differences_in_space(found: Comparison, moved: Sequence[Moved]) -> Figure:
     """The arm and how far B's tool is from A's; `moved`: `differences_at_tool`, by which its joints are coloured."""
     positions, apart, arm = compared_arm(found, moved)
-    told = _("Each arrow goes from the point of A towards that of B, in the base, enlarged as the heading says.")
+    told = _(
+        "Each arrow points from the point of A towards that of B, in the base frame, magnified as stated in the "
+        "heading."
+    )
     title = _("Differences in the workspace")
     return workspace.scene(positions, apart, None, np.zeros(3), _("the base"), arm, told=told, title=title)
 
@@ -147,7 +150,7 @@ def _share(shares: list[tuple[str, np.ndarray, str, str]]) -> Figure:
 
 def difference_table(parameters: Sequence[Difference]) -> Table:
     """The numbers of both models, and by how much they differ."""
-    columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B less A")), Column("±")]
+    columns = [Column(_("Parameter"), numeric=False), Column("A"), Column("B"), Column(_("B minus A")), Column("±")]
     columns += [Column(_("Unit"), numeric=False), Column(_("p-value")), Column(_("Significant"), numeric=False)]
     return Table(_("Parameters"), columns, [Group([_difference(d) for d in parameters])], True)
 

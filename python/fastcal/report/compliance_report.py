@@ -46,7 +46,7 @@ def compliance_page(found: Compliance, robot_name: str, language: str = "en") ->
 def _sentence(bent: list[str], level: float) -> str:
     if not bent:
         return _(
-            "No joint has a corner that is certain at p < {level:g}: each gives in proportion to its torque.",
+            "No joint has a corner that is certain at p < {level:g}: each deflects in proportion to its torque.",
             level=level,
         )
     joints = ", ".join(map(in_words, bent))
@@ -110,7 +110,7 @@ def _figure(found: Compliance, own: JointCurve) -> Figure:
         figures.points(own.torque, angle, figures.BEFORE, 5, 0.5, hover=hover),
         figures.line(along, law, figures.AFTER, "solid", hover=hover),
     ]
-    drawn = figures.layout(_("torque about the joint (N m)"), _("angle it gives (deg)"))
+    drawn = figures.layout(_("torque about the joint (N m)"), _("deflection (deg)"))
     joint = in_words(own.owner)
-    alt = _("Angle that {joint} gives against the torque about it: every row, and the identified law.", joint=joint)
+    alt = _("Deflection of {joint} against the torque about it: every row, and the identified law.", joint=joint)
     return Figure(f"joint-{own.owner}", capitalised(joint), alt, traces, drawn, columns=6, height=320, key=key)

@@ -61,8 +61,15 @@ def _verdict(found: Detection, shares: Mapping[str, float]) -> Verdict:
     """How many pictures show a board, and where the boards were missing."""
     pictures = plural(len(found.pictures), "picture")
     remarks = [
-        Remark(_("Camera {camera} saw corners in {share} of its picture: show more of it.", camera=name,
-                 share=percent(share)), True, "coverage")
+        Remark(
+            _(
+                "Camera {camera} detected corners in {share} of its picture: show the board in more of it.",
+                camera=name,
+                share=percent(share),
+            ),
+            True,
+            "coverage",
+        )
         for name, share in shares.items()
         if share < _ENOUGH
     ]  # fmt: skip

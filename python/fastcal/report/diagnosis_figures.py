@@ -67,12 +67,12 @@ def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure |
     ]  # fmt: skip
     key = [Key(_("named"), TAKEN, "solid"), Key(_("not named"), figures.BEFORE, "solid")]
     alt = _(
-        "The leading causes by what each explains alone; most is {cause} with {share}.",
+        "The leading causes by the share that each explains alone; the largest is {cause} with {share}.",
         cause=names[0],
         share=percent(shown[0].share),
     )
     return Figure(
-        "alternatives", _("Named, and ruled out"), alt, [bars], drawn, key=key, height=80 + 46 * len(shown),
+        "alternatives", _("Reported and ruled-out causes"), alt, [bars], drawn, key=key, height=80 + 46 * len(shown),
         paper_height=60 + 34 * len(shown),
         narrow={f"annotations[{k}].text": name for k, name in enumerate(names)},
     )  # fmt: skip
@@ -88,9 +88,9 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
         return None
     shown = known[-_MOST_LIMITS:]
     looks: tuple[tuple[Key, Callable[[list[float]], bool]], ...] = (
-        (Key(_("shows everywhere"), TAKEN, "solid"), lambda r: max(r) <= 1),
-        (Key(_("hides at some places"), figures.COMPONENT_COLOURS[0], "solid"), lambda r: min(r) <= 1 < max(r)),
-        (Key(_("hides everywhere"), figures.BEFORE, "solid"), lambda r: min(r) > 1),
+        (Key(_("detectable everywhere"), TAKEN, "solid"), lambda r: max(r) <= 1),
+        (Key(_("undetectable at some places"), figures.COMPONENT_COLOURS[0], "solid"), lambda r: min(r) <= 1 < max(r)),
+        (Key(_("undetectable everywhere"), figures.BEFORE, "solid"), lambda r: min(r) > 1),
     )
     traces, key = [], []
     for entry, fits in looks:
@@ -117,7 +117,7 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
     traces.append(figures.line([1, 1], [names[0], names[-1]], figures.INK, "dash"))
     key.append(Key(_("usual size"), figures.INK, "dash"))
     drawn = figures.layout(
-        _("smallest size that would have shown / usual size, logarithmic"), "",
+        _("smallest detectable size / usual size, logarithmic"), "",
         xaxis={"type": "log", "dtick": 1, "exponentformat": "none"},
         yaxis={
             "type": "category", "automargin": True, "nticks": 0, "dtick": 1, "categoryorder": "array",
@@ -127,13 +127,18 @@ def limits(kinds: Sequence[Smallest]) -> Figure | None:
     )  # fmt: skip
     hidden = sum(max(kind.ratios) > 1 for kind in known)
     alt = _(
-        "Smallest size of each effect that would have shown, over its usual size; of {count} a usual size could hide.",
+        "Smallest detectable size of each effect, relative to its usual size; for {count} of them even a usual size "
+        "could go undetected.",
         count=hidden,
     )
     all_shown = len(known) == len(shown)
-    note = "" if all_shown else _("The {some} that hide best of {all} are drawn.", some=len(shown), all=len(known))
+    note = (
+        ""
+        if all_shown
+        else _("The {some} of {all} that are hardest to detect are drawn.", some=len(shown), all=len(known))
+    )
     return Figure(
-        "limits", _("How small it could have been and still have shown"), alt, traces, drawn, note, key=key,
+        "limits", _("The smallest sizes that would have been detected"), alt, traces, drawn, note, key=key,
         height=80 + 22 * len(shown), paper_height=60 + 15 * len(shown),
         narrow={"xaxis.dtick": 2, **_on_two_lines(names)},
     )  # fmt: skip
@@ -178,7 +183,8 @@ def confusion_map(names: Sequence[str], correlation: Array, boxed: Collection[in
     alt = _("Correlation of the signatures of the first causes: near 1 these data can hardly distinguish them.")
     limit = f"0{decimal_sign()}95"
     note = _(
-        "Framed: what is given. Above {limit} two causes are hard to tell apart with the poses that were measured.",
+        "Framed: the reported causes. Above {limit} two causes are hard to tell apart with the poses that were "
+        "measured.",
         limit=limit,
     )
     narrow = {"yaxis.ticktext": numbers, "margin.l": 20}

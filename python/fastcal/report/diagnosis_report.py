@@ -234,7 +234,7 @@ def compared_rows(found: Diagnosis, name: str, part: str) -> tuple[Rows | None, 
 
 _JUDGED = {
     "test": (said("test poses"), said("test poses, which no fit has seen")),
-    "held out": (said("poses held out"), said("poses held out, each part predicted by a fit to the others")),
+    "held out": (said("held-out poses"), said("held-out poses, each part predicted by a fit to the others")),
     "fitted": (said("poses of the fit"), said("poses of the fit")),
 }
 
@@ -251,11 +251,13 @@ def _tiles(found: Diagnosis) -> list[tuple[str, str, str]]:
     where = _(_JUDGED[gap.on][0])
     size = noise_text(found.main_noise)
     of_one = (
-        _("{size} a coordinate", size=size) if found.main_noise.kind.name == POINTS else _("{size} a number", size=size)
+        _("{size} per coordinate", size=size)
+        if found.main_noise.kind.name == POINTS
+        else _("{size} per number", size=size)
     )
-    noise = (_("Noise alone would make"), f"{alike(floor, floor)} {unit}", of_one)
+    noise = (_("Noise alone would give"), f"{alike(floor, floor)} {unit}", of_one)
     dead = len({(u.effect, u.owner) for u in found.untestable})
-    tried = (_("Causes tried"), str(_tried(found)), _("{count} more can’t show in these data", count=dead))
+    tried = (_("Causes tried"), str(_tried(found)), _("{count} more cannot be detected in these data", count=dead))
     error = _("RMS error, {poses}", poses=where)
     if len(sizes) == 1:
         unexplained = np.sqrt(max(after**2 - floor**2, 0.0))
@@ -328,7 +330,7 @@ def _pairs(train: Rows | None, geometry: Rows | None, *, changed: bool) -> list[
     if train is None or geometry is None:
         return []
     named = (
-        {_("geometry alone"): geometry, _("with what was found"): train}
+        {_("geometry alone"): geometry, _("with the effects found"): train}
         if changed
         else {_("calibrated geometry"): train}
     )

@@ -30,8 +30,8 @@ def next_steps(found: Diagnosis) -> list[str]:
             *misfits,
             _("Nothing has to be added: model.yaml is {what}.", what=_arm(found) or _("the calibrated geometry")),
             _(
-                "If the robot is less accurate at other work, see below what these data could not show, and measure "
-                "that."
+                "If the robot is less accurate in other work, see below which effects these data could not have "
+                "detected, and measure poses that show them."
             ),
         ]
     if found.verdict == "one_of":
@@ -86,18 +86,16 @@ def _arm(found: Diagnosis) -> str:
 
 def _unexplained(found: Diagnosis) -> list[str]:
     remaining = found.unexplained
-    steps = (
-        [look(remaining)]
-        if remaining and remaining.share >= _SMALL
-        else [_("The unexplained part is next to nothing.")]
-    )
+    steps = [look(remaining)] if remaining and remaining.share >= _SMALL else [_("The unexplained part is negligible.")]
     if any(f.in_model for f in found.effects):
-        steps.append(_("model.yaml holds what was found: it is better than geometry alone, and not the whole story."))
+        steps.append(
+            _("model.yaml holds the effects found: it is better than geometry alone, but not the whole story.")
+        )
     elif remaining is not None and remaining.added is not None:
         steps.append(
             _(
-                "model.yaml holds the geometry and a smooth function of what remains: it predicts better, and names "
-                "nothing."
+                "model.yaml holds the geometry and a smooth function of the remaining error: it predicts better, "
+                "but identifies no cause."
             )
         )
     else:
@@ -149,7 +147,7 @@ def _robot(effects: list[Finding], *, undo: bool) -> list[str]:
 def _unsure(effects: list[Finding]) -> list[str]:
     unsure = [_(cause_in_words(f.effect, f.owner)) for f in effects if f.grade != "A"]
     left = [_(cause_in_words(f.effect, f.owner)) for f in effects if not f.in_model]
-    more = [_("Measure more poses to be sure, model.yaml leaves out {causes}.", causes=listed(left))] if left else []
+    more = [_("Measure more poses to be certain; model.yaml leaves out {causes}.", causes=listed(left))] if left else []
     return [*more, _("Check by hand before repairing: {causes}.", causes=listed(unsure))] if unsure else []
 
 
@@ -158,18 +156,18 @@ def look(remaining: Unexplained) -> str:
     on = depends(remaining.depends_on)
     if remaining.owner.startswith("joint"):
         return _(
-            "Look at {joint} (gear, cables and hoses, brake, encoder): its error follows {variables}.",
+            "Check {joint} (gear, cables and hoses, brake, encoder): its error depends on {variables}.",
             joint=place(remaining.owner),
             variables=on,
         )
     if remaining.owner == "workspace":
         return _(
-            "Look at the instrument and its surroundings first (refraction, line of sight, scale, target), then at "
+            "Check the instrument and its surroundings first (refraction, line of sight, scale, target), then "
             "cables and hoses that pull in some postures: the error is a smooth function of the position."
         )
     what = {"base": _("the foundation and the instrument's stand"), "tool": _("the tool and the target's seat")}
     text = _(
-        "Look at {place}: it moves with {variables}",
+        "Check {place}: it moves with {variables}",
         place=what.get(remaining.owner, place(remaining.owner)),
         variables=on,
     )

@@ -84,14 +84,16 @@ def _ending(found: Diagnosis) -> list[str]:
     if found.unexplained is None and before <= gap.floor * _NOTICED:
         lines = [
             translated(
-                "no gap {on}: {after:.3f} {unit}, of which noise alone makes {noise:.3f} {unit}", **words, **numbers
+                "no gap {on}: {after:.3f} {unit}, of which noise alone accounts for {noise:.3f} {unit}",
+                **words,
+                **numbers,
             )
         ]
     else:
         lines = [
             translated(
-                "gap {on}: {before:.3f} {unit} before, {after:.3f} {unit} after, {closed} closed; noise alone makes "
-                "{noise:.3f} {unit}",
+                "gap {on}: {before:.3f} {unit} before, {after:.3f} {unit} after, {closed} closed; noise alone "
+                "accounts for {noise:.3f} {unit}",
                 closed=f"{gap.closed:.0%}",
                 **words,
                 **numbers,
@@ -101,7 +103,7 @@ def _ending(found: Diagnosis) -> list[str]:
         where = {"place": place(found.unexplained.owner), "variables": depends(found.unexplained.depends_on)}
         lines.append(
             translated(
-                "left: {left:.3f} {unit} beyond the noise, most of it at {place}, by {variables}",
+                "unexplained: {left:.3f} {unit} beyond the noise, most of it at {place}, depending on {variables}",
                 **where,
                 **words,
                 **numbers,
@@ -109,7 +111,11 @@ def _ending(found: Diagnosis) -> list[str]:
         )
     elif after > gap.floor * _NOTICED:
         lines.append(
-            translated("left: {left:.3f} {unit} beyond the noise, at no place that these data show", **words, **numbers)
+            translated(
+                ("unexplained: {left:.3f} {unit} beyond the noise, at no place that these data single out"),
+                **words,
+                **numbers,
+            )
         )
     if found.plan is not None and is_advice(found.plan):
         poses = plural(len(found.plan.poses), "pose")

@@ -30,7 +30,7 @@ def ranking_table(found: Diagnosis) -> Table:
         Column(_("Alone it would be"), numeric=False),
         Column(_("Times the noise")),
     ]
-    columns += [Column(_("Of the misfit")), Column(_("Why it is, or is not, given"), numeric=False)]
+    columns += [Column(_("Of the misfit")), Column(_("Why it is, or is not, reported"), numeric=False)]
     rows = [
         [
             Cell(capitalised(spoken(r.label))),
@@ -94,11 +94,11 @@ def smallest_by_kind(found: Diagnosis) -> list[Smallest]:
 
 def smallest_table(kinds: list[Smallest]) -> Table:
     """By effect: the smallest size that would have shown, where it shows best and worst, and a usual size."""
-    columns = [Column(_("Effect"), numeric=False), Column(_("Number"), numeric=False), Column(_("Shows best"))]
+    columns = [Column(_("Effect"), numeric=False), Column(_("Number"), numeric=False), Column(_("Easiest to detect"))]
     columns += [
-        Column(_("Shows worst")),
+        Column(_("Hardest to detect")),
         Column(_("Usual size")),
-        Column(_("A usual size could hide at"), numeric=False),
+        Column(_("A usual size could go undetected at"), numeric=False),
     ]
     rows = []
     for of in kinds:
@@ -114,7 +114,7 @@ def smallest_table(kinds: list[Smallest]) -> Table:
                 Cell(owners_text(of.hidden)),
             ]
         )
-    return Table(_("Smallest effects that these data would have shown"), columns, [Group(rows)])
+    return Table(_("Smallest effects that these data could have detected"), columns, [Group(rows)])
 
 
 def _at(found: DetectableEffect, unit: str, is_one_of_many: bool) -> str:
@@ -162,7 +162,7 @@ def untestable_table(found: Diagnosis) -> Table | None:
         for (effect, needs), owners in groups.items()
     ]
     columns = [Column(title, numeric=False) for title in (_("Cause"), _("Where"), _("It would show with"))]
-    return Table(_("Causes that these data can't show"), columns, [Group(rows)])
+    return Table(_("Causes that these data cannot detect"), columns, [Group(rows)])
 
 
 def _of_any(needs: str) -> str:

@@ -28,8 +28,8 @@ VERDICTS = {  # word and tone
     "unexplained": (said("Something remains, unnamed"), "bad"),
 }
 GRADES = {
-    "A": said("it is this: everything that could be mistaken for it was tried and rejected"),
-    "B": said("the data are consistent with it, but something else could do the same"),
+    "A": said("it is certain: everything that could be mistaken for it was tested and rejected"),
+    "B": said("the data are consistent with it, but something else could look the same"),
     "C": said("the place is known, the cause is not"),
     "D": said("something remains"),
 }
@@ -101,7 +101,7 @@ def step_name(added: str | None) -> str:
     for effect, own in owners.items():
         traits = traits_of(effect)
         if (traits.role, traits.place) == ("curve", "anywhere"):
-            names.append(_("a smooth function of what remains"))
+            names.append(_("a smooth function of the remaining error"))
         elif len(own) <= 2:
             names += [short_name(effect, o) for o in own]
         else:
@@ -136,11 +136,11 @@ def depends(names: Iterable[str]) -> str:
 def reason_sentence(because: Because) -> str:
     """Why a hypothesis is, or is not, given, as the ranking has it."""
     if because.reason is Reason.GIVEN:
-        return _("This is the one that is given.")
+        return _("This is the reported cause.")
     if because.reason is Reason.LEAVES_MORE:
         (left,) = because.subjects
         return _(
-            "With it in the model, {other} is still there; noise would look so {chance}.",
+            "With it in the model, {other} is still significant; noise alone would look like this {chance}.",
             other=spoken(left),
             chance=chance(because.value),
         )
@@ -154,7 +154,7 @@ def reason_in_brief(because: Because) -> str:
         return _("named")
     if because.reason is Reason.LEAVES_MORE:
         (left,) = because.subjects
-        return _("ruled out: leaves {other}", other=spoken(left))
+        return _("ruled out: leaves {other} unexplained", other=spoken(left))
     return _(reason_text(because, spoken))
 
 
@@ -172,7 +172,7 @@ def sureness(finding: Finding) -> list[str]:
         return []
     gain, error = finding.gain
     if gain < rules.GRADE_A_GAIN * error:
-        held_out = _("Held-out poses are predicted not clearly better with it in the model.")
+        held_out = _("Held-out poses are not predicted clearly better with it in the model.")
     else:
         held_out = _("Held-out poses are predicted clearly better with it in the model.")
     return [
@@ -191,8 +191,8 @@ def unexplained_sentence(remaining: Unexplained, names: int) -> str:
     least = percent(_SMALL)
     where = place(remaining.owner)
     return _(
-        "{share} of the misfit that geometry alone leaves is explained by none of the {causes} that were tried. It "
-        "fits best {where}, as something that depends on {variables}.",
+        "{share} of the misfit that geometry alone leaves is explained by none of the {causes} tested. It fits best "
+        "{where}, as something that depends on {variables}.",
         share=_("less than {share}", share=least) if remaining.share < _SMALL else percent(remaining.share),
         causes=plural(names, "cause"),
         where=_("in {place}", place=where) if remaining.owner == "workspace" else _("at {place}", place=where),

@@ -73,7 +73,7 @@ def effect_figures(found: PartialResidual, owner: str, id_: str) -> list[Figure]
         if axis.texts:
             drawn["xaxis"] |= {"tickvals": list(axis.texts), "ticktext": list(axis.texts.values())}
         alt = _(
-            "{quantity} against {variable}: what the data ask for, the fitted effect, and what is left with it.",
+            "{quantity} against {variable}: what the data call for, the fitted effect, and the residual with it.",
             quantity=title,
             variable=axis.title,
         )
@@ -186,7 +186,7 @@ def _axis_of(name: str, x: FloatArray, unit: str, owner: str) -> Axis:
         return Axis(title, from_si(x, "deg" if turns else "mm"), {})
     if name.startswith("approach"):
         sides = {-1.0: _("from above (\N{MINUS SIGN})"), 1.0: _("from below (+)")}
-        return Axis(_("direction from which joint {number} came", number=number), x, sides)
+        return Axis(_("approach direction of joint {number}", number=number), x, sides)
     if name == "itself":
         spoken = shop_unit("m", float(np.abs(x).max(initial=0.0)))
         return Axis(_("what the effect does in the pose ({unit})", unit=spoken.text), spoken.of(x), {})
@@ -211,4 +211,4 @@ def left_out_note(found: PartialResidual) -> str:
     if not found.left_out:
         return ""
     poses = plural(found.left_out, "pose")
-    return _("{poses} in which the effect has next to no lever on the target not drawn.", poses=poses)
+    return _("{poses} in which the effect hardly moves the target not drawn.", poses=poses)

@@ -77,10 +77,10 @@ def waterfall(
     traces = [bars, figures.line([floor, floor], ends, figures.INK, "dash")]
     key = [Key(_("error"), figures.BEFORE, "solid")]
     if len(steps) > 1:
-        key += [Key(_("what an effect takes away"), TAKEN, "solid"), Key(_("what remains"), figures.AFTER, "solid")]
-    key.append(Key(_("what noise alone makes"), figures.INK, "dash"))
+        key += [Key(_("removed by an effect"), TAKEN, "solid"), Key(_("what remains"), figures.AFTER, "solid")]
+    key.append(Key(_("noise alone"), figures.INK, "dash"))
     alt = _(
-        "Error on the {poses}: first {before}, then what each step takes away, what remains, and the noise.",
+        "Error on the {poses}: first {before}, then how much each step removes, what remains, and the noise.",
         poses=on,
         before=names[0],
     )

@@ -74,15 +74,15 @@ _ORDER = ["changed", "alarm", "cannot_tell", "unchecked", "holds"]
 
 
 def _headline(arms: list[ArmHistory], bad: list[ArmHistory]) -> str:
-    """How many arms ask for attention, and which."""
+    """How many arms need attention, and which."""
     if not bad:
-        return _("No arm asks for attention.")
+        return _("No arm needs attention.")
     if len(arms) == 1:
-        return _("This arm asks for attention.")
+        return _("This arm needs attention.")
     names = ", ".join(a.name for a in bad[:8])
     if len(bad) == 1:
-        return _("1 of {all} arms asks for attention: {names}.", all=len(arms), names=names)
-    return _("{count} of {all} arms ask for attention: {names}.", count=len(bad), all=len(arms), names=names)
+        return _("1 of {all} arms needs attention: {names}.", all=len(arms), names=names)
+    return _("{count} of {all} arms need attention: {names}.", count=len(bad), all=len(arms), names=names)
 
 
 def _arm(k: int, arm: ArmHistory, *, on_paper: bool, folded: bool) -> Section:

@@ -35,11 +35,12 @@ def coverage_figure(camera: str, uv: FloatArray, size_px: Sequence[int]) -> Figu
     return Figure(
         f"coverage-{camera}",
         _("Coverage, camera {camera}", camera=camera),
-        _("All corners that camera {camera} saw, in the plane of its pictures.", camera=camera),
+        _("All corners that camera {camera} detected, in the image plane.", camera=camera),
         traces,
         _plane(size_px),
         note=_(
-            "{share} of the {parts} parts of the picture hold a corner. A lens is known only where corners were seen.",
+            "{share} of the {parts} regions of the picture contain a corner. The lens is identified only where "
+            "corners were detected.",
             share=share,
             parts=GRID[0] * GRID[1],
         ),
@@ -68,18 +69,19 @@ def residual_figure(camera: str, uv: FloatArray, residual: FloatArray, size_px: 
     return Figure(
         f"residual-{camera}",
         _("Residuals over the picture, camera {camera}", camera=camera),
-        _("Lines from where each corner was seen towards where the model draws it, in the plane of the pictures."),
+        _("Lines from each detected corner towards its reprojection by the model, in the image plane."),
         [line, dots],
         _plane(size_px),
         note=_(
-            "Lines are {scale} times as long as the residuals, whose median is {median} px. Lines that follow one "
-            "another say that the lens or the board is not as the file has it; noise points anywhere.",
+            "Lines are {scale} times as long as the residuals, whose median is {median} px. Neighbouring lines that "
+            "point the same way mean that the lens or the board differs from its description in the file; noise "
+            "points in random directions.",
             scale=f"{scale:g}",
             median=significant(float(np.median(size)), 2),
         ),
         columns=3,
         height=340,
-        key=[Key(_("seen"), figures.INK, "point"), Key(_("towards where it is drawn"), figures.AFTER, "solid")],
+        key=[Key(_("detected"), figures.INK, "point"), Key(_("towards its reprojection"), figures.AFTER, "solid")],
     )
 
 

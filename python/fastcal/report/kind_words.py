@@ -17,7 +17,7 @@ def kind_title(kind: Kind) -> str:
 
 def noise_title(kind: Kind) -> str:
     """What the noise is of."""
-    return _("Noise of a coordinate") if kind.name == POINTS else _("Noise of {kind}", kind=_(kind.plural))
+    return _("Noise per coordinate") if kind.name == POINTS else _("Noise of {kind}", kind=_(kind.plural))
 
 
 def noise_text(noise: KindNoise) -> str:

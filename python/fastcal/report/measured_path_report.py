@@ -117,7 +117,7 @@ def _limits_table(judged: PathVerdict) -> Table:
         value, expanded, limit = shown(each)
         texts = [f"{each.figure.symbol} ({unit})", _(each.figure.where), value, expanded, limit]
         rows.append([Cell(text) for text in (*texts, odds_text(each.probability), verdicts[each.verdict])])
-    return Table(_("Limits, each with the place where it is kept least surely"), columns, [Group(rows)])
+    return Table(_("Limits, each at the place where its margin is smallest"), columns, [Group(rows)])
 
 
 def _table(found: PathFigures) -> Table:

@@ -69,9 +69,9 @@ def moved(found: CheckResult, name: str = "moved") -> Figure | None:
         yaxis={"type": "category", "automargin": True, "nticks": 0, "dtick": 1}, margin={"l": 120},
     )  # fmt: skip
     alt = _(
-        "Every change that was looked for, each alone, in standard deviations; the largest is {name}.", name=names[-1]
+        "Every change that was tested, each on its own, in standard deviations; the largest is {name}.", name=names[-1]
     )
-    note = _("One change of the arm shows in many of them; the verdict names the likeliest.")
+    note = _("A single change of the arm affects many of them; the verdict states the most likely one.")
     key = [Key(_("3 standard deviations"), figures.ALERT, "dot")]
     return Figure(
         name, _("What may have moved"), alt, traces, drawn, note, columns=3, key=key,
@@ -201,6 +201,6 @@ def ratio_chart(arms: Sequence[ArmHistory]) -> Figure | None:
     if not traces:
         return None
     drawn = figures.layout(_("date"), _("RMS found / expected"), xaxis=DATES, yaxis={"rangemode": "tozero"})
-    alt = _("RMS of every check over the expected RMS, a line an arm; 1 is what noise makes.")
+    alt = _("RMS of every check relative to the expected RMS, one line per arm; 1 is the level of the noise.")
     key = [Key(_("arm that holds"), figures.AFTER, "solid"), Key(_("arm that has changed"), figures.ALERT, "solid")]
     return Figure("ratio", _("All checks"), alt, traces, drawn, columns=6, height=300, key=key)

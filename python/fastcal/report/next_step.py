@@ -34,7 +34,7 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
 def step(result: CalibrationResult, arguments: Sequence[str] = (), *, is_why_told: bool = False) -> str:
     """What to do after a calibration, as part of a sentence; `is_why_told`: the verdict says already what remains."""
     if result.status != "converged" and result.doubts:
-        return _("settle what the warnings say; if that is not it, measure more poses, or more varied ones")
+        return _("resolve the warnings first; if that does not help, measure more poses, or more varied ones")
     if result.status != "converged":
         return _("measure more poses, or more varied ones; `fastcal design` chooses them")
     if result.misfits:
@@ -46,7 +46,7 @@ def step(result: CalibrationResult, arguments: Sequence[str] = (), *, is_why_tol
         return _("write where the camera is for other programs (--hand-eye)")
     rows = rows_of("Training", result.train, result.model.joint_types)
     if rows is None:
-        return _("nothing was measured that shows how large the remaining error is")
+        return _("no measurement shows how large the remaining error is")
     more = what_remains(result, rows, rows.trends)
     command = shlex.join(["fastcal", "diagnose", *arguments])
     if more is None:
@@ -66,7 +66,7 @@ def step(result: CalibrationResult, arguments: Sequence[str] = (), *, is_why_tol
 def look_at(misfit: KindMisfit) -> str:
     """What to look at where a kind of reading does not belong to the arm or to the others."""
     return _(
-        "Look at the {kind}: the unit and the frame of their columns, and whether each was read in the posture of its "
+        "Check the {kind}: the unit and the frame of their columns, and whether each was read in the posture of its "
         "row",
         kind=_(misfit.kind.plural),
     )
@@ -83,13 +83,13 @@ def what_remains(result: CalibrationResult, rows: Rows, trends: dict[str, Trend]
     if flagged:
         named = listed([f"{titles[name]} ({percent(trends[name].share, ' ')})" for name in flagged[:_MOST]])
         return _("the remaining error is not all noise: it depends on {named}", named=named)
-    if result.caveats:
+    if result.lacks_effect:
         return _("the residuals depend on the posture: an effect is missing from the model")
     floor, unit = known_floor(result), rows.unit
     rms = float(np.sqrt(np.nanmean(np.delete(rows.error_after, result.train.places(result.outliers)) ** 2)))
     if floor is not None and rms > MORE_THAN_NOISE * floor:
         return _(
-            "RMS {size} {unit} remains where the known noise makes {noise} {unit}",
+            "RMS {size} {unit} remains, where the known noise accounts for {noise} {unit}",
             size=significant(rms),
             noise=significant(floor),
             unit=unit,

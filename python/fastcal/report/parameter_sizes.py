@@ -180,7 +180,7 @@ def sizes_figure(moved: list[Moved], *, compared: bool = False) -> Figure | None
     title = _("What the differences move at the tool") if compared else _("What the changes move at the tool")
     key = [
         Key(_("significant (95 %)"), figures.AFTER, "point"),
-        Key(_("within noise") if compared else _("not told apart from nominal"), figures.BEFORE, "point"),
+        Key(_("within noise") if compared else _("not distinguishable from nominal"), figures.BEFORE, "point"),
     ]
     return Figure(
         "sizes", title, alt, traces, drawn, note,

@@ -104,7 +104,7 @@ def _sureness(found: PathAccuracy) -> str:
     if sigma is None:
         return "The model was not calibrated: how sure its prediction is, is not known."
     return (
-        f"The model's own prediction has a standard deviation of {significant(sigma, 2)} mm a coordinate along this "
+        f"The model's own prediction has a standard deviation of {significant(sigma, 2)} mm per coordinate along this "
         "path: the tool may be that far off, however small the predicted error is."
     )
 

@@ -110,12 +110,13 @@ def _bars(worst: Sequence[_Picture]) -> Figure:
     return Figure(
         "worst-pictures",
         _("Pictures, worst first"),
-        _("Bars of the root mean square residual of each picture's corners, the largest first."),
+        _("RMS residual of the corners of each picture, largest first."),
         [bars, line],
         figures.layout(_("picture, worst first"), _("RMS of its corners (px)"), yaxis={"rangemode": "tozero"}),
         note=_(
-            "Dotted: the median picture. One that stands far out was blurred, moved or joined to the wrong row; many "
-            "that rise slowly are what the model lacks."
+            "Dotted: the median over the pictures. A single bar that stands out is a picture that was blurred, "
+            "taken in motion or matched to the wrong row; a gradual rise over many pictures points to something "
+            "missing from the model."
         ),
         height=300,
     )

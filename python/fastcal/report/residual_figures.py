@@ -110,17 +110,17 @@ def drawn_note(shown_count: int, row_count: int = 0) -> str:
     row_count = max(row_count, shown_count)
     drawn, judged = min(shown_count, POINT_LIMIT), len(judged_rows(shown_count))
     if drawn == row_count:
-        return _("Medians and bands are of all rows. Points beyond the axis are not drawn.")
+        return _("Medians and bands use all rows. Points beyond the axis are not drawn.")
     if judged < row_count:
         return _(
-            "Medians and bands are of {judged} of {all} rows, {some} of all rows are drawn as points. Points beyond "
+            "Medians and bands use {judged} of {all} rows; {some} of all rows are drawn as points. Points beyond "
             "the axis are not drawn.",
             judged=count(judged),
             some=count(drawn),
             all=count(row_count),
         )
     return _(
-        "Medians and bands are of all rows. {some} of {all} rows are drawn as points. Points beyond the axis are not "
+        "Medians and bands use all rows. {some} of {all} rows are drawn as points. Points beyond the axis are not "
         "drawn.",
         some=count(drawn),
         all=count(row_count),

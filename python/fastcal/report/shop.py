@@ -113,7 +113,7 @@ def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tu
     for name, found in parameters.items():
         what = number_in_words(split_name(name)[0]) or _number_of(effect)
         if name == "order":
-            lines.append((_("cycles a turn"), f"{found.value:g}"))
+            lines.append((_("cycles per turn"), f"{found.value:g}"))
         elif name == "phase_rad":
             lines.append((_("phase"), value_text(name, found.value, found.std)))
         elif name == "at_s":

@@ -29,7 +29,7 @@ from fastcal.said import said
 from fastcal.units import from_si
 
 _CONDITIONS = ("temperature", "time", "current", "wrench", "approach", "q_read")
-_FITTED = said("what it hangs on is fitted to these rows")
+_FITTED = said("what it is mounted on is fitted to these rows")
 _KEYS = {"mean": said("mean")}
 _STATES = {
     "converged": said("converged"),
@@ -148,13 +148,13 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
                 translated("{key} {value:.4f} {unit}", key=_KEYS.get(key, key), value=float(value), unit=of.kind.unit)
                 for key, value in after.to_unit(of.kind.unit).items()
             )
-            where = said("cameras and boards are where the model has them") if name == CORNERS else _FITTED
+            where = said("cameras and boards are where the model places them") if name == CORNERS else _FITTED
             what = translated(of.kind.plural)
             lines.append(translated("error of {what}: {sizes}; {where}", what=what, sizes=sizes, where=where))
     unjudged = [name for name, left in found.others_after.items() if np.isnan(left).all()]
     if unjudged:
         names = listed(unjudged)
-        lines.append(translated("not judged: {names}; too few readings place what they hang on", names=names))
+        lines.append(translated("not judged: {names}; too few readings locate what they are mounted on", names=names))
     if (turn := figures.get("after_rotation_deg")) is not None:
         lines.append(
             translated(
@@ -194,7 +194,7 @@ def _repeatability_lines(found: Repeatability) -> list[str]:
         if key in block
     ]
     line = translated(
-        "{title}, {poses} in {visits}: {parts}, noise of a coordinate {sigma:.4f} mm",
+        "{title}, {poses} in {visits}: {parts}, noise per coordinate {sigma:.4f} mm",
         title="ISO 9283" if found.is_iso_9283 else translated("repeated poses"),
         poses=plural(found.poses, "pose"),
         visits=plural(found.visits, "visit"),

@@ -71,7 +71,7 @@ def picture_update_page(found: PictureUpdate, language: str = "en") -> str:
         pictures = Section(
             "pictures",
             _("Pictures"),
-            _("What the new model leaves of the corners, in pixels."),
+            _("Reprojection residuals of the new model, in pixels."),
             drawings=picture_part(found.model, found.train).drawings,
         )
         tiles = [(_("RMS error"), after, _("was {before}", before=before))]
@@ -83,7 +83,7 @@ def _page(found: UpdateResult | PictureUpdate, counted: str, verdict: Verdict, t
     parameters = Section(
         "parameters",
         _("Parameters"),
-        _("What was known counts as much as it was certain; what has changed is free."),
+        _("Prior values are weighted by their certainty; whatever has changed is estimated freely."),
         tables=[updated_table(found.parameters)],
     )
     return page.render(
@@ -106,10 +106,10 @@ def _page(found: UpdateResult | PictureUpdate, counted: str, verdict: Verdict, t
 
 def _headline(found: PictureUpdate) -> str:
     if found.status != "converged":
-        return _("The pictures are not explained by what may have moved: calibrate again.")
+        return _("No move that was tested explains the pictures: calibrate again.")
     if not found.freed:
-        return _("Nothing moved; the pictures make what is known a little surer.")
+        return _("Nothing moved; the pictures only reduce the uncertainty a little.")
     return _(
-        "{what} moved, and is where the pictures show it now.",
+        "{what} moved, and its new place was found from the pictures.",
         what=f" {_('or')} ".join(in_words(of) for of in found.freed),
     )

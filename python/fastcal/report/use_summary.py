@@ -69,7 +69,7 @@ def _(found: Compensation) -> list[str]:
         left = from_si(float(np.max(found.position_error[found.reached])), "mm")
         sigma = found.sigma[found.reached]
         known = np.isfinite(sigma).all()
-        spread = f"; its standard deviation {from_si(float(sigma.max()), 'mm'):.3g} mm a coordinate" if known else ""
+        spread = f"; its standard deviation {from_si(float(sigma.max()), 'mm'):.3g} mm per coordinate" if known else ""
         lines.append(f"predicted error of the reached ones: at most {left:.3g} mm{spread}")
     return [*lines, *found.notes]
 
@@ -98,7 +98,7 @@ def _(found: PoseDesign) -> list[str]:
     if found.efficiency is not None:
         lines.append(
             translated(
-                "{criterion}: at least {share:.1f} % of what any choice of as many candidates reaches",
+                "{criterion}: at least {share:.1f} % of the best that any choice of as many candidates can reach",
                 criterion=found.criterion,
                 share=100.0 * float(found.efficiency),
             )

@@ -12,7 +12,7 @@ import numpy as np
 
 from fastcal.report.formatting import alike, count, percent, plural, significant
 from fastcal.report.language import _, retold
-from fastcal.report.tables import unit_text
+from fastcal.report.tables import capitalised, unit_text
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, Statistics
 from fastcal.units import from_si
@@ -70,7 +70,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
         return Verdict("bad", failures.get(result.status, _("Failed")), headline, remarks)
     rows = test or train
     if rows is None:
-        headline = _("The calibration converged; nothing measured remains to judge its accuracy by.")
+        headline = _("The calibration converged, but no measurements remain to judge its accuracy.")
         return Verdict("caution", _("Not judged"), headline, remarks)
     before, after = trusted(result, rows, is_test=test is not None)
     left_out = rows.after.count - after.count
@@ -93,7 +93,7 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     word = _("With remarks") if is_careful else _("Good")
     tone = "caution" if is_careful else "good"
     if result.model.of_poses:
-        headline = _("Cameras and boards were placed; what was read misses by {after} on {where}.", **numbers)
+        headline = _("The cameras and boards were located; the readings are off by {after} on {where}.", **numbers)
         return Verdict(tone, word, headline, remarks)
     if after.rms > _NO_GAIN * before.rms:
         headline = _(
@@ -158,11 +158,11 @@ def ending(message: str) -> str:
     numbers = [float(number) for number in found.groups() if number] if found else []
     if head.startswith("converged: the next step"):
         text = _("converged: the next step is below {size:g} standard deviations", size=numbers[0])
-    elif head.startswith("the measurements fix none"):
-        text = _("the measurements fix none of the {count:.0f} parameters asked for", count=numbers[0])
-    elif head.startswith("what was measured is"):
+    elif head.startswith("the measurements determine none"):
+        text = _("the measurements determine none of the {count:.0f} requested parameters", count=numbers[0])
+    elif head.startswith("there are"):
         text = _(
-            "what was measured is {numbers:.0f} independent numbers for {count:.0f} parameters: any robot fits them "
+            "there are {numbers:.0f} independent measured numbers for {count:.0f} parameters: any robot fits them "
             "exactly, and nothing is left to estimate the noise from",
             numbers=numbers[0],
             count=numbers[1],
@@ -173,7 +173,7 @@ def ending(message: str) -> str:
 
 
 def _caveats(result: CalibrationResult) -> list[Remark]:
-    return [Remark(caveat_text(), True, "parameters")] if result.caveats else []
+    return [Remark(caveat_text(result), True, "parameters")] if result.caveats else []
 
 
 def _shape(result: CalibrationResult) -> list[Remark]:
@@ -182,14 +182,15 @@ def _shape(result: CalibrationResult) -> list[Remark]:
     if shape is None:
         return []
     told = _(
-        "What was measured does not show where the arm stands: a coordinate of a point has a standard deviation of "
-        "{point} mm, a distance between two points of the tool {distance} mm.",
+        "The measurements do not determine where the arm stands: a coordinate of a point has a standard deviation "
+        "of {point} mm, a distance between two points of the tool one of {distance} mm.",
         point=significant(from_si(shape.point, "mm"), 2),
         distance=significant(from_si(shape.distance, "mm"), 2),
     )
     if shape.scale_is_open:
         told += " " + _(
-            "Nor does it show a common scale of all lengths; beside it, a distance has {distance} mm.",
+            "Nor do they determine a common scale of all lengths; apart from that scale, a distance has a standard "
+            "deviation of {distance} mm.",
             distance=significant(from_si(shape.scaled, "mm"), 2),
         )
     return [Remark(told, False, "parameters")]
@@ -201,7 +202,7 @@ def camera_remarks(cameras: Sequence[CameraPlace]) -> list[Remark]:
     for of in cameras:
         if of.undetermined:
             text = _(
-                "Camera {camera} on {frame}: {axes} undetermined, as the pictures were taken; {advice}.",
+                "Camera {camera} on {frame}: {axes} undetermined by these pictures; {advice}.",
                 camera=of.camera,
                 frame=of.frame,
                 axes=", ".join(of.undetermined),
@@ -210,8 +211,8 @@ def camera_remarks(cameras: Sequence[CameraPlace]) -> list[Remark]:
             out.append(Remark(text, True, "parameters"))
             continue
         text = _(
-            "Camera {camera} on {frame}: known to {shift} mm and {turn} deg, and a point at {distance} mm to {point} "
-            "mm, with 95 % probability.",
+            "Camera {camera} on {frame}: its pose is known to {shift} mm and {turn} deg, and a point at a distance "
+            "of {distance} mm to {point} mm (95 % confidence).",
             camera=of.camera,
             frame=of.frame,
             shift=significant(from_si(of.within, "mm"), 2),
@@ -220,13 +221,15 @@ def camera_remarks(cameras: Sequence[CameraPlace]) -> list[Remark]:
             point=significant(from_si(of.point_within, "mm"), 2),
         )
         if of.with_arm:
-            text += " " + _("That counts together with the identified arm, not with the nominal one.")
+            text += " " + _("This applies with the identified arm, not with the nominal one.")
         out.append(Remark(text, False, "parameters"))
     return out
 
 
-def caveat_text() -> str:
-    """Why no stated deviation holds."""
+def caveat_text(result: CalibrationResult) -> str:
+    """Why no stated deviation holds, of a result with caveats: an effect is missing, else the fit is not straight."""
+    if not result.lacks_effect:
+        return capitalised(retold(result.bent)) + "."
     return _(
         "The stated standard deviations and intervals do not hold: the residuals depend on the posture, so an effect "
         "is missing from the model; fastcal diagnose looks for it."
@@ -269,7 +272,7 @@ def _what_remains(train: Rows, trends: dict[str, Trend]) -> Remark:
 def _unidentifiable(result: CalibrationResult) -> Remark:
     held = len(result.unidentifiable)
     if held == 0:
-        return Remark(_("Every parameter asked for is identifiable from these data."), False, "unidentifiable")
+        return Remark(_("Every requested parameter is identifiable from these data."), False, "unidentifiable")
     if held == 1:
         text = _("1 combination of parameters is not identifiable from these data and is held at nominal.")
     else:

@@ -141,12 +141,14 @@ def scene(
     if len(modes) < 2:
         title, controls = " ".join([title, *(_times(mode.scale) for mode in modes)]), []
         how = _(
-            "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the heading says.",
+            "Each arrow points from the measured towards the predicted point in {frame}, magnified as stated in the "
+            "heading.",
             frame=frame,
         )
     else:
         how = _(
-            "Each arrow goes from the measured towards the predicted point in {frame}, enlarged as the button says.",
+            "Each arrow points from the measured towards the predicted point in {frame}, magnified as stated on the "
+            "button.",
             frame=frame,
         )
     note = told or how

@@ -142,7 +142,7 @@ def choose_parameters(
     robot = as_robot(robot)
     data = as_data(data, robot)
     progress = progress or (lambda text: None)
-    progress("looking at the columns")
+    progress("checking the columns")
     suspected = check_columns(robot, data, as_read=as_read)
     progress("identifying all parameters")
     named = None if optional is None else [*always, *optional]

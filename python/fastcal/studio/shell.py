@@ -21,7 +21,7 @@ SCREENS = (
     ("/", said("Data"), "table_chart", said("files in, joined and understood"), "data"),
     ("/arm", said("Arm"), "precision_manufacturing", said("the skeleton beside the pendant"), "arm"),
     ("/plan", said("Plan"), "route", said("which poses to measure"), "plan"),
-    ("/live", said("Live"), "sensors", said("rows checked as they come"), "live"),
+    ("/live", said("Live"), "sensors", said("rows checked as they arrive"), "live"),
     ("/result", said("Result"), "fact_check", said("how good, and what is missing"), "result"),
     ("/program", said("Program"), "code", said("targets the arm will reach"), "program"),
     ("/fleet", said("Fleet"), "grid_view", said("all arms at once"), "fleet"),

@@ -72,7 +72,7 @@ TEST(Identify, NothingMeasuredInAnyRowOrNothingAskedIsSaid) {
   Scene s = scene(28, What::kPositions, 30, {5e-5, 0});
   const Identification nothing_asked = identify({s.model, s.samples, s.measured}, {}, Eigen::VectorXd(), {});
   EXPECT_EQ(nothing_asked.status, Status::kTooFewEquations);
-  EXPECT_EQ(nothing_asked.message, "the measurements fix none of the 0 parameters asked for");
+  EXPECT_EQ(nothing_asked.message, "the measurements determine none of the 0 requested parameters");
   EXPECT_EQ(nothing_asked.theta, s.model.start());
   s.measured.position.setConstant(kNan);
   const Identification blind = s.identified();

@@ -69,7 +69,7 @@ def test_the_estimate_without_the_bound_is_that_of_a_fit_without_it(results: lis
 def test_what_noise_does_not_explain_gets_no_interval() -> None:
     far = Bound("lower", -3e-6, 1e-7)
     assert far.interval(0.0, 2.0) == (0.0, np.inf)
-    assert "which noise does not explain" in far.note("joint6 compliance", 0.0, "rad_nm")
+    assert "which noise cannot explain" in far.note("joint6 compliance", 0.0, "rad_nm")
     near = Bound("upper", 5.5, 0.5)
     assert near.interval(5.0, 2.0) == (4.5, 5.0)
     assert "1.0 standard deviations beyond it" in near.note("spring", 5.0, "n_m")
@@ -79,7 +79,7 @@ def test_what_noise_does_not_explain_gets_no_interval() -> None:
 def test_an_estimate_inside_the_bound_is_not_called_beyond_it() -> None:
     note = Bound("lower", 3e-6, 6e-6).note("joint3 compliance", 0.0, "rad_nm")
     assert "beyond" not in note
-    assert "which it allows" in note
+    assert "within its bound" in note
     assert "beyond" not in Bound("upper", 4.0, 0.5).note("spring", 5.0, "n_m")
 
 

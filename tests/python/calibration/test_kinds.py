@@ -154,7 +154,7 @@ def test_a_worthless_kind_beside_good_points_is_named(kind: str, way: Spoil) -> 
         found = calibrate(robot(), data, as_read=bool(refused))
         assert [misfit.kind.name for misfit in found.misfits] == [kind]
         assert found.notes[0] == found.misfits[0].text
-        assert next_step(found).startswith(f"next: look at the {found.misfits[0].kind.plural}: ")
+        assert next_step(found).startswith(f"next: check the {found.misfits[0].kind.plural}: ")
         assert "do not fit the positions" in found.notes[0]
         points = found.train.after
         assert points is not None
@@ -172,7 +172,7 @@ def test_a_kind_that_fits_is_never_named(kinds: tuple[str, ...]) -> None:
     ("kinds", "seed"), [(("orientation", "length"), 107), (("length", "tilt"), 105), (("plane", "tilt"), 107)]
 )
 def test_a_claim_that_explains_all_stands_beside_a_kind_without_one(kinds: tuple[str, ...], seed: int) -> None:
-    """A noise of 0 beside the claim ended as "the measurements fix none of the 51 parameters asked for"."""
+    """A noise of 0 beside the claim ended as "the measurements determine none of the 51 requested parameters"."""
     found = calibrate(robot(), read(kinds, 80, seed, claimed=True))
     assert (found.status, found.misfits) == ("converged", [])
     for kind in kinds:
@@ -210,14 +210,14 @@ def test_the_diagnosis_leaves_a_worthless_kind_out_and_says_so() -> None:
     assert found.to_json_dict()["misfits"][0]["kind"] == "orientation"
     lines = summary(found)
     assert lines[0] == "bench: none; orientations do not fit"
-    assert lines[-1].startswith("next: Look at the orientations: the unit and the frame of their columns")
+    assert lines[-1].startswith("next: Check the orientations: the unit and the frame of their columns")
     text = diagnosis_page(found)
     card = text[text.index('id="misfits"') :]
     assert "<h3>Orientations</h3>" in card[: card.index("</section>")]
     assert "Nothing missing; orientations do not fit" in text
     assert 'class="verdict caution"' in text
     clean = fastcal.diagnose(robot(), read(("position", "orientation"), 80, 2))
-    assert "Nothing is missing" in clean.sentence
+    assert "No missing effect is detectable" in clean.sentence
     assert 'id="misfits"' not in diagnosis_page(clean)
     content = clean.to_json_dict()
     assert set(content["kinds"]) == set(content["noise"]) == {"position", "orientation"}

@@ -26,7 +26,7 @@ def test_calibrate_draws_and_pages_take_every_kind(kinds: tuple[str, ...], tmp_p
     assert (found.status, found.misfits) == ("converged", [])
     write_report(found, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
-    assert ("does not show where the arm stands" in page) == ("position" not in kinds)
+    assert ("do not determine where the arm stands" in page) == ("position" not in kinds)
     if "position" not in kinds:
         assert found.shape is not None
         assert found.shape.scaled < found.shape.point  # some leave a common scale of all lengths open

@@ -120,7 +120,7 @@ def test_three_planes_calibrate_an_arm_but_for_what_they_leave_open() -> None:
     assert found.noise["plane"].value == pytest.approx(2e-5, rel=0.2)
     # Where the whole stands is not asked of planes that stand wherever the arm finds them; their scale is as open.
     assert not any(p.owner == "base" for p in found.parameters)
-    assert any("do not show where the arm stands as a whole" in note for note in found.notes)
+    assert any("do not determine where the arm stands as a whole" in note for note in found.notes)
     assert any("together" in u.direction for u in found.unidentifiable)
     # Elsewhere the arm is as the true one, but for a motion and a scale of the whole.
     q = postures(200, 9)

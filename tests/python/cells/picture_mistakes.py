@@ -72,13 +72,17 @@ def of_poses(
     """The arm is known by poses of its flange (N, 4, 4) [mm]; `order` of x y z w stands where w x y z should."""
 
     def made(folder: Path, uv: FloatArray) -> None:
-        T = change(np.array([scene.flange(q, error_mm) for q in joints(folder)]))
-        quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()[:, list(order)]
-        titles = [f"arm.{name}" for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")]
-        write_table(folder, titles, np.hstack([T[:, :3, 3] * size, quaternions]))
-        of_cell(lambda content: content["arms"].update(arm={"robot": "pose"}))(folder, uv)
+        write_poses(folder, change(np.array([scene.flange(q, error_mm) for q in joints(folder)])), order, size)
 
     return made
+
+
+def write_poses(folder: Path, T: FloatArray, order: tuple[int, ...] = (3, 0, 1, 2), size: float = 1.0) -> None:
+    """An arm that is known by poses (N, 4, 4) of its flange [mm]; arguments as of `of_poses`."""
+    quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()[:, list(order)]
+    titles = [f"arm.{name}" for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")]
+    write_table(folder, titles, np.hstack([T[:, :3, 3] * size, quaternions]))
+    of_cell(lambda content: content["arms"].update(arm={"robot": "pose"}))(folder, np.zeros(0))
 
 
 def joints(folder: Path) -> FloatArray:
@@ -151,16 +155,15 @@ def camera_moved(folder: Path, uv: FloatArray) -> None:
     scene.write_corners(folder, out)
 
 
-def turning(*axes: int) -> Change:
-    """All postures differ by these joints alone."""
+def turning(*reach_deg: float) -> Change:
+    """All postures are within these of one."""
 
     def made(folder: Path, uv: FloatArray) -> None:
         random = np.random.default_rng(int(1e3 * uv[0, 0, 0]))
         home = next(q for q in scene.postures(40, 3) * [1, 1, 1, 0, 1, 1] if in_picture(q))
         out: list[FloatArray] = []
         while len(out) < len(uv):
-            q = home.copy()
-            q[list(axes)] += random.uniform(-40, 40, len(axes))
+            q = home + random.uniform(-1, 1, len(home)) * reach_deg
             if in_picture(q):
                 out.append(q)
         write_table(folder, [f"arm.q{k}_deg" for k in range(1, 7)], np.array(out))
@@ -207,6 +210,39 @@ def two_cameras(folder: Path, rows: Any, second_focal: tuple[float, float] = sce
 def lens(focal: float = 1.0, centre: float = 1.0) -> Change:
     """The lens of pictures so many times as large."""
     return of_camera(focal_px=[focal * f for f in scene.FOCAL], centre_px=[centre * c for c in scene.CENTRE])
+
+
+def flat_and(change: Change) -> Change:
+    """The board nearly faces the camera in all pictures, which shows size and focal length alike; then the mistake."""
+
+    def made(folder: Path, uv: FloatArray) -> None:
+        turning(25, 2, 2, 2, 2, 60)(folder, uv)
+        change(folder, uv)
+
+    return made
+
+
+def along_its_axis(change: Change) -> Change:
+    """The camera goes along its own axis and turns about it, the arm known by its poses; then the mistake.
+
+    A board that it faces is as wide for a lens of s times the focal length and the board's size over s.
+    """
+
+    def made(folder: Path, uv: FloatArray) -> None:
+        random = np.random.default_rng(int(1e3 * uv[0, 0, 0]))
+        facing = scene.pose((-75.0, -37.5, 380.0), (0.0, 0.0, 0.0))
+        poses, out = [], []
+        while len(out) < len(uv):
+            tilt_x, tilt_y = random.uniform(-0.2, 0.2, 2)
+            motion = scene.pose((0.0, 0.0, random.uniform(-120, 120)), (tilt_x, tilt_y, random.uniform(-90, 90)))
+            points = scene.corners() @ (T := np.linalg.inv(motion) @ facing)[:3, :3].T + T[:3, 3]
+            poses.append(motion @ np.linalg.inv(scene.WRIST))
+            out.append(scene.drawn(points) + 0.1 * random.standard_normal((len(points), 2)))
+        write_poses(folder, np.array(poses))
+        scene.write_corners(folder, np.array(out))
+        change(folder, np.array(out))
+
+    return made
 
 
 def half(uv: FloatArray) -> Any:
@@ -266,7 +302,15 @@ MISTAKES: dict[str, Mistake] = {
         of_camera(distortion=[-k for k in scene.LENS]), "another lens than the file's", False
     ),
     "the camera was moved": Mistake(camera_moved, "from row 8 on camera wrist or board plate stands elsewhere", False),
-    "turns about one axis": Mistake(turning(5), "z, rz undetermined", False),
+    "turns about one axis": Mistake(turning(0, 0, 0, 0, 0, 40), "z, rz undetermined", False),
+    "another size seen flat": Mistake(
+        flat_and(of_board(square_mm=17.5)), "times as large as its file says: measure its squares"
+    ),
+    "a print that was fitted to the page": Mistake(
+        of_board(square_mm=25.75), "board plate: seen with this arm the board is 0.97", False
+    ),
+    "another focal length seen flat": Mistake(flat_and(lens(1.4)), "fit a focal length about 0.71 times that"),
+    "size or lens": Mistake(along_its_axis(of_board(square_mm=17.5)), "these pictures fit each: measure the squares"),
     "no two postures": Mistake(
         of_corners(lambda uv: changed(uv, slice(1, None), np.full_like(uv[1:], np.nan).__add__)), "no joint moved"
     ),

@@ -36,8 +36,16 @@ def test_errors_and_places_of_two_arms(tmp_path: Path) -> None:
     assert set(places) == {"column", "left", "right", "smr_left", "smr_right"}
     assert places["smr_left"]["on"] == "left.link6"
     assert any(std for std in places["smr_left"]["std_mm"])
-    assert '<details class="folded"><summary><h2>What no reading shows</h2>' in page
-    for text in ("Where everything stands", "smr_left", "smr_right", "Arm left", "Arm right", "left.joint", "Noise"):
+    assert '<details class="folded"><summary><h2>What no reading determines</h2>' in page
+    for text in (
+        "Where everything is located",
+        "smr_left",
+        "smr_right",
+        "Arm left",
+        "Arm right",
+        "left.joint",
+        "Noise",
+    ):
         assert text in page
 
 
@@ -72,7 +80,7 @@ def test_pages_of_cells_are_german_where_that_is_asked(tmp_path: Path) -> None:
     _, page = calibrated(tmp_path, "--page-language", "de")
     for text in ("Wo alles steht", "Was keine Messung zeigt", "Die RMS-Fehler sanken", 'lang="de"', "Rauschen"):
         assert text in page
-    for text in ("Where everything stands", "Stands on", "RMS error", "Noise", "held where", "Largest"):
+    for text in ("Where everything is located", "Stands on", "RMS error", "Noise", "held where", "Largest"):
         assert text not in page
     checked = tmp_path / "check.html"
     model, same = str(tmp_path / "out/model.yaml"), str(tmp_path / "poses.csv")

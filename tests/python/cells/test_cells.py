@@ -160,7 +160,7 @@ def test_the_commands_read_cells_and_corners(tmp_path: Path, capsys: pytest.Capt
     assert main(["evaluate", str(tmp_path / "out/model.yaml"), *files, "-o", str(tmp_path / "e.json")]) == 0
     figures = json.loads((tmp_path / "e.json").read_text())["kinds"]["corner"]["after"]
     assert figures["rms"] == pytest.approx(result["train"]["kinds"]["corner"]["after"]["rms"], rel=1e-6)
-    assert "cameras and boards are where the model has them" in capsys.readouterr().out
+    assert "cameras and boards are where the model places them" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

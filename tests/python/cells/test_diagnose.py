@@ -96,7 +96,7 @@ def test_a_wave_is_named_with_its_arm_and_is_in_the_model(
         ("gear_harmonic", owner.partition(".")[2])
     ]
     sizes = [step["train"]["position"]["after"]["rms"] for step in found["gap"]]
-    assert [step["added"] for step in found["gap"]] == [None, "geometry", "what was found"]
+    assert [step["added"] for step in found["gap"]] == [None, "geometry", "the effects found"]
     assert sizes[0] > sizes[1] > 1.2 * sizes[2]
     # The cell with it predicts other postures to the noise.
     cell = cell_of(tmp_path)
@@ -106,7 +106,7 @@ def test_a_wave_is_named_with_its_arm_and_is_in_the_model(
     assert kinds["position"]["after"]["rms"] < 1.4e3 * NOISE * 3**0.5
     page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
     assert owner.replace("joint", "joint ") in page
-    assert "With what was found" in page
+    assert "With the effects found" in page
     for view in ("smr_left", "smr_right"):
         assert (tmp_path / "out" / view / "report.html").exists()
         assert f"{view}/report.html" in page
@@ -188,7 +188,7 @@ def test_a_sentence_lists_what_is_sure_and_the_clearest_of_the_rest(tmp_path: Pa
     listed, more = found.told
     assert [of.finding.grade for of in listed] == ["A", "B", "C"]
     assert more == 4
-    assert "4 more that are no more than possible (grade C)" in found.sentence
+    assert "4 more that are merely possible (grade C)" in found.sentence
     few = diagnose_cell_of(["C", "C", "C", "C"])
     assert len(few.told[0]) == 4
     assert "more" not in few.sentence

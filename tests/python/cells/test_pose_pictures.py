@@ -63,7 +63,7 @@ def test_from_poses_and_corners_to_page_and_exports(tmp_path: Path, capsys: pyte
     assert result["cameras"][0]["with_identified_arm"] is False
     assert "camera wrist on flange: known to" in capsys.readouterr().out
     page = (out / "report.html").read_text()
-    assert "Cameras and boards were placed" in page
+    assert "The cameras and boards were located" in page
     assert "flange rz" in page
     assert "joint 1" not in page  # it has none
     assert calib.read_text() == hand_eye_texts(hand_eyes(model.description), calib)[calib]
@@ -128,8 +128,8 @@ def test_a_board_that_was_knocked_is_told_by_the_size_of_a_corner(
 @pytest.mark.parametrize(
     ("command", "more", "said"),
     [
-        ("diagnose", [], "known by the poses of its flange alone"),
-        ("calibrate", ["--effects", "joint_compliance"], "nothing of its own to identify"),
+        ("diagnose", [], "known only by the poses of its flange"),
+        ("calibrate", ["--effects", "joint_compliance"], "no parameters to identify"),
     ],
 )
 def test_what_needs_joints_is_refused(

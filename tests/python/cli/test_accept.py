@@ -56,7 +56,7 @@ def test_the_exit_code_is_the_verdict(shop: Path, tmp_path: Path, fastcal, toler
     assert found["iso_9283"] is True
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert 'id="figure-workspace"' in page
-    assert "from the commanded point towards the mean of what was attained" in page
+    assert "from the commanded point towards the mean of the attained points" in page
     values = {(f["symbol"], f["where"]): f for f in found["figures"]}
     # A rigid motion of five poses takes a part of what one of them is off.
     assert 0.05 < values["AP", "P3"]["value"] < 0.1

@@ -138,7 +138,7 @@ def test_limits_of_a_path_end_in_the_exit_codes_of_an_acceptance_test(
         assert found["verdict"] == verdict
         assert found["AT_mm"] == at
         page = (tmp_path / "out" / "report.html").read_text()
-        assert {"pass": "keeps every limit", "fail": "out of a limit", "cannot_tell": "cannot decide"}[verdict] in page
+        assert {"pass": "meets every limit", "fail": "exceeds a limit", "cannot_tell": "cannot decide"}[verdict] in page
     said = fastcal(*line, "--tolerance-mm", 0.9 * at, "--page-language", "de")
     assert said.code == 4
     assert "Grenzen der Bahn: nicht bestanden" in said.out

@@ -125,7 +125,7 @@ def test_the_model_of_a_large_real_set_can_be_read_again(process, shared_data: P
     said = process("diagnose", robot, rows, "-o", "out", cwd=tmp_path)
     assert said.code == 0
     (warning,) = said.err.splitlines()
-    assert "times what is claimed: the claim is too small, or something is missing that passes for noise" in warning
+    assert "times the stated value: either that is too small, or a missing effect passes for noise" in warning
     rms = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["gap"][-1]["train_rms_mm"]
     assert (tmp_path / "out" / "model.yaml").stat().st_size > 2e6
     model = load_robot(tmp_path / "out" / "model.yaml")

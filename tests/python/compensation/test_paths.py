@@ -114,7 +114,7 @@ def test_the_page_names_the_program_and_how_sure_the_model_is(arms) -> None:
     sure = replace(found, sigma=np.full(len(found.along), 8e-6), after=np.full(len(found.along), 1e-8))
     text = path_page(sure, "arm", "weld_7.csv")
     assert "weld_7.csv" in text
-    assert "a standard deviation of 0.0080 mm a coordinate along this path" in text
+    assert "a standard deviation of 0.0080 mm per coordinate along this path" in text
     assert "&lt; 0.0008" in text
 
 

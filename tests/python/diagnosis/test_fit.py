@@ -115,7 +115,7 @@ def test_lengths_are_diagnosed_and_written(gap: float, tmp_path: Path) -> None:
     written = json.loads((tmp_path / "out" / "diagnosis.json").read_text(), parse_constant=pytest.fail)
     assert [f["effect"] for f in written["effects"]] == (["backlash"] if gap else [])
     assert written["gap"][-1]["kinds"]["length"]["test_rms"] < 1.2 * 1e3 * SIGMA
-    assert f"noise alone makes {found.floor:.3f} mm" in written["sentence"] or not gap
+    assert f"noise alone accounts for {found.floor:.3f} mm" in written["sentence"] or not gap
 
 
 def test_a_covariance_with_a_lost_direction_has_a_root() -> None:

@@ -41,7 +41,7 @@ def test_an_arm_that_repeats_badly_lacks_nothing(visits: int) -> None:
     assert "the joints repeat to about 0." in found.sigma_note
     assert "errors grow with reach" in found.sigma_note
     (kind,) = found.noise.values()
-    assert kind.value == pytest.approx(np.hypot(noise.factor * 1e-4, joint_share(found.search.problem)), rel=1e-6)
+    assert kind.value == pytest.approx(np.hypot(noise.factor * 1e-4, joint_share(found.search.problem)), rel=1e-3)
     assert kind.value > 1.2e-4  # of a coordinate: what the joints make of it is noise as well
 
 

@@ -84,7 +84,7 @@ def test_a_zero_of_joint_1_that_creeps_is_no_sure_drift_of_the_base() -> None:
     effect, limits = the_one(diagnosed(random_poses(ARM, ROWS, seed=7), [], zero_of(1, course), time=TIME))
     assert (effect.label, effect.grade) == ("base_drift@base", "B")
     assert Reason.ZERO_CREEPS in limits
-    assert "a creeping zero of joint 1 does the same: check its mastering" in effect.reasons
+    assert "a drifting zero of joint 1 looks the same: check its mastering" in effect.reasons
 
 
 def test_a_base_that_was_knocked_askew_is_sure() -> None:

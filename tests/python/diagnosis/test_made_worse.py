@@ -81,7 +81,7 @@ def test_the_page_says_what_is_not_in_the_model(diagnosed: Callable[[int, int], 
         "it is not in the model: noise alone makes some cause look like this in 4e-04 of data sets"
         in finding.reasons[0]
     )
-    assert found.sentence.endswith("It is not sure enough to be in the model.")
+    assert found.sentence.endswith("It is not certain enough to be in the model.")
     assert [step.added for step in found.gap] == [None]
     assert finding.parameters["amplitude_rad"].value > 0
     found.save(tmp_path)

@@ -71,7 +71,7 @@ def test_a_plain_model_that_predicts_better_is_written_and_told(tmp_path: Path) 
     assert found.gap[-1].test_rms_mm < 1.05 * best
     assert found.plain is not None
     assert "it leaves" in found.plain
-    assert f"The model that is written is a plain one: {found.plain}." in found.sentence
+    assert f"The model that was written is a plain one: {found.plain}." in found.sentence
     assert found.to_json_dict()["plain_model"] == found.plain
     found.save(tmp_path)
     assert load_robot(tmp_path / "model.yaml").spec["effects"]
@@ -322,7 +322,7 @@ def test_names_of_few_rows_must_lead_the_arm_held_near_nominal(
     assert written.model is (held if is_simple else own).model
     if is_simple:
         words = replace(written, model=SimpleNamespace(state=SimpleNamespace(names=[]), profiles=[], fit=_fit_of(0.5)))
-        assert words.words.endswith("; no richer one leaves clearly less of what poses held out of the fit are off by")
+        assert words.words.endswith("; no richer model has a clearly smaller error on held-out poses")
 
 
 @pytest.mark.parametrize(("joints", "is_written"), [(("joint2", "joint3"), True), (("joint2", "joint4"), False)])

@@ -68,7 +68,7 @@ def test_a_base_that_was_knocked_and_put_back_is_told_and_bends_no_model(size: f
     assert found.sigma_mm == pytest.approx(1e3 * SIGMA, rel=0.15)
     assert found.search.problem.noise.memory == 0
     assert len(set(found.outliers) ^ set(BLOCK)) <= 4
-    assert any("one after the other and lie" in note and "mm off together" in note for note in found.notes)
+    assert any("one after the other and are all off by about the same" in note for note in found.notes)
     assert f"but {len(found.outliers)} rows that nothing explains were left out" in found.sentence
     assert off(found.model, seed) < 1.1 * off(calibrate(arm(), data).model, seed)
 
@@ -203,7 +203,7 @@ def test_noise_that_may_hide_something_is_told_with_the_verdict() -> None:
     noisy = replace(data, position=data.position + 4 * SIGMA * remembering(0.8, 1))
     found: Diagnosis = diagnose(arm(), noisy, sigma=SIGMA)
     assert found.verdict == "none"
-    for doubt in ("times what is claimed", "errors of successive rows are strongly correlated"):
+    for doubt in ("times the stated value", "errors of successive rows are strongly correlated"):
         assert doubt in found.sentence
         assert any(doubt in note for note in found.notes)
 

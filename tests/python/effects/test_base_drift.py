@@ -45,7 +45,7 @@ def test_it_goes_on_while_it_was_measured_and_stands_still_beyond(arm: Robot, dr
     later = replace(drifting, time=drifting.time + 10.0)
     (note,) = predict(model, later).notes
     assert note == (
-        "the time is outside the 100 to 7300 s that base_drift@base was fitted on in 1 rows; there it stands still"
+        "the time is outside the 100 to 7300 s that base_drift@base was fitted on in 1 rows; there it is held constant"
     )
 
 

@@ -318,7 +318,7 @@ def test_the_page_names_arms_that_stand_out_and_no_folder(tmp_path: Path) -> Non
     file = tmp_path / "anna" / "lost.csv"
     lost = ArmResult(name="lost", status="refused", message=f"{file}: no column 'q3_deg'")
     page = fleet_page(Fleet([*arms, lost]))
-    assert "More than 2 times the error of the middle arm: cell 3 (0.350 mm)." in page
+    assert "More than 2 times the error of the median arm: cell 3 (0.350 mm)." in page
     assert "lost: lost.csv: no column" in html.unescape(page)
     assert "anna" not in page
-    assert "middle arm:" not in fleet_page(Fleet(arms[:3]))
+    assert "median arm:" not in fleet_page(Fleet(arms[:3]))

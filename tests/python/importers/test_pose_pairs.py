@@ -192,7 +192,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "both quaternions": ({"arm": WXYZ, "board": WXYZ}, "are the quaternions of both w x y z"),
     "the arm in mm": ({"arm_size": 1e3}, "are the lengths in mm?"),
     "the board in mm": ({"board_size": 1e3}, "times those of the arm, one in another unit?"),
-    "slipped": ({"slip": 1}, "did the board's poses slip by 1 rows?"),
+    "slipped": ({"slip": 1}, "are the board's poses shifted by 1 rows?"),
 }
 
 

@@ -72,7 +72,7 @@ def test_several_files_of_a_pattern_are_set_ups_of_one_check(arms) -> None:
     assert first.found is not None
     assert len(first.found.places) == 2
     (without,) = (arm for arm in found.arms if arm.name == "A3")
-    assert without.message == "no file has such a name"
+    assert without.message == "there is no file of this name"
 
 
 def test_what_it_refuses(arms, tmp_path) -> None:

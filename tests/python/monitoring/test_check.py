@@ -59,15 +59,15 @@ def test_a_check_says_what_to_do(calibrated) -> None:
     spec = calibrated.spec()
     spec["joints"][2]["theta_deg"] += 0.02
     found = fastcal.check(calibrated.model, calibrated.measured(spec))
-    act = r"Next: re-master joint 3, whose zero moved by \+0\.0(19|20|21)\d* .*; or take .* `fastcal update`\."
+    act = r"Next: re-master joint 3, whose zero moved by \+0\.0(19|20|21)\d* .*; or bring .* `fastcal update`\."
     assert re.match(act, found.next_act)
     assert found.to_json_dict()["next_act"] == found.next_act
     assert found.next_act in found.summary()
     spec = calibrated.spec()
     spec["tool"]["xyz_mm"][0] += 0.2
-    assert "see whether the tool is bent" in fastcal.check(calibrated.model, calibrated.measured(spec)).next_act
+    assert "check whether the tool is bent" in fastcal.check(calibrated.model, calibrated.measured(spec)).next_act
     few = fastcal.check(calibrated.model, calibrated.measured(calibrated.spec()), tolerance=1e-6)
-    assert few.next_act.startswith("Next: the model is as good as it was, and that is not enough here")
+    assert few.next_act.startswith("Next: the model is as good as it was, but that does not meet the tolerance")
 
 
 def test_a_bent_tool_and_a_softer_joint_are_named(calibrated) -> None:

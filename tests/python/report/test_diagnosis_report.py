@@ -114,7 +114,7 @@ def test_files_are_replaced_together(found: Diagnosis, tmp_path: Path) -> None:
 def test_the_page_says_what_was_found(found: Diagnosis) -> None:
     page = diagnosis_page(found)
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page.split("<main")[1].split("</main>")[0]))
-    assert text.index("Named") < text.index("What to do now") < text.index("What is missing in the model")
+    assert text.index("Named") < text.index("What to do now") < text.index("What is missing from the model")
     assert "arcmin" in text
     assert "fastcal drop model.yaml backlash@joint3 -o without.yaml" in text
     assert "error of joint 3" in page
@@ -128,7 +128,7 @@ def test_drawing_the_page_fits_nothing(found: Diagnosis, monkeypatch: pytest.Mon
 
     for name in ("identify", "linearize", "align", "ScoreTests", "SubsetSearch", "Alignment"):
         monkeypatch.setattr(_core, name, fitted)
-    assert "What is missing in the model" in diagnosis_page(found)
+    assert "What is missing from the model" in diagnosis_page(found)
 
 
 @pytest.mark.parametrize("reason", list(Reason))
@@ -309,7 +309,7 @@ def test_names_are_spoken() -> None:
     left = BlockLabel("joint4", ("q4", "q6"))
     assert diagnosis_words.reason_sentence(Because(Reason.LEAVES_MORE, 1e-5, subjects=(left,))) == (
         "With it in the model, something at joint 4 that depends on the positions of joint 4 and joint 6 is still "
-        "there; noise would look so in less than 1 of 100\N{NARROW NO-BREAK SPACE}000 data sets."
+        "significant; noise alone would look like this in less than 1 of 100\N{NARROW NO-BREAK SPACE}000 data sets."
     )
     assert owners_text(["joint1", "joint2", "joint3", "link2"]) == "joints 1 to 3, link 2"
 
@@ -318,11 +318,11 @@ def test_what_something_without_a_name_depends_on_is_spoken() -> None:
     depends = diagnosis_words.depends
     assert depends(["q2"]) == "the position of joint 2"
     assert depends(["q4", "q6"]) == "the positions of joint 4 and joint 6"
-    assert depends(["approach3", "q2"]) == "the position of joint 2 and the direction from which joint 3 came"
-    assert depends(["down2_x", "down2_y", "down2_z"]) == "how link 2 is held against gravity"
-    assert depends(["sight_x", "sight_y", "sight_z"]) == "the side from which it is looked at"
-    assert depends(["gravity"]) == "how it is held against gravity"
-    assert depends(["weight_x", "weight_y"]) == "the payload and how it is held against gravity"
+    assert depends(["approach3", "q2"]) == "the position of joint 2 and the approach direction of joint 3"
+    assert depends(["down2_x", "down2_y", "down2_z"]) == "the orientation of link 2 to gravity"
+    assert depends(["sight_x", "sight_y", "sight_z"]) == "the side from which the instrument sees it"
+    assert depends(["gravity"]) == "its orientation to gravity"
+    assert depends(["weight_x", "weight_y"]) == "the payload and its orientation to gravity"
     assert depends(["x", "y", "z"]) == "the place in the workspace"
     assert depends(["load4", "time_s"]) == "the load on joint 4 and time"
     assert depends(["flow"]) == "the column flow"

@@ -69,7 +69,7 @@ def test_pages_say_what_was_found_in_both_languages(pages) -> None:
     assert "Der Roboter hat sich verändert: Nullpunkt Gelenk 3 um +0,0" in text(pages["check", "de"])
     assert "beyond the tolerance of 0.3 mm" in text(pages["check", "en"])
     assert "1 of 18 parameters differs beyond noise" in text(pages["comparison", "en"])
-    assert "This arm asks for attention." in text(pages["history", "en"])
+    assert "This arm needs attention." in text(pages["history", "en"])
     assert "1 of 3 arms has changed: A." in text(pages["arms", "en"])
     assert "1 von 3 Robotern hat sich verändert: A." in text(pages["arms", "de"])
     assert "1 Alarm " in text(pages["history", "de"])

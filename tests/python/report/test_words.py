@@ -75,6 +75,16 @@ def test_a_failure_comes_first(clean: CalibrationResult, status: str, word: str)
     assert found.headline.startswith("The calibration failed: 12 equations for 30 parameters. The figures")
 
 
+def test_a_fit_that_is_not_straight_lacks_no_effect(clean: CalibrationResult) -> None:
+    bent = "over their intervals the fit is not straight"
+    found: Any = dataclasses.replace(clean, caveats=[bent], bent=bent)
+    assert [r.text for r in judge(found).remarks if r.is_caution] == ["Over their intervals the fit is not straight."]
+    assert "effect is missing" not in step(found, ["arm.yaml", "poses.csv"])
+    both: Any = dataclasses.replace(found, caveats=["the residuals depend on the posture", bent])
+    assert "an effect is missing" in judge(both).remarks[0].text
+    assert "an effect is missing" in step(both, ["arm.yaml", "poses.csv"])
+
+
 def test_trends_are_named_strongest_first(clean: CalibrationResult) -> None:
     shares = {"q1": 0.1, "q2": 0.3, "q3": 0.2, "q4": 0.05, "q5": 0.0}
     found = judge(clean, {name: Trend(share, 0.0) for name, share in shares.items()})
@@ -137,5 +147,5 @@ def test_what_a_reader_must_know_first_comes_first(clean: CalibrationResult) -> 
 def test_a_failure_claims_nothing_good(clean: CalibrationResult) -> None:
     failed = dataclasses.replace(clean, status="not_converged", doubts=["is it the right robot?"])
     assert [remark.is_caution for remark in judge(failed).remarks] == [True]
-    assert step(failed).startswith("settle what the warnings say")
+    assert step(failed).startswith("resolve the warnings first")
     assert step(dataclasses.replace(failed, doubts=[])).startswith("measure more poses")

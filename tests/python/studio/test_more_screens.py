@@ -81,7 +81,7 @@ def test_plan_draws_poses_and_what_cannot_be_driven(look: Any, studio: Any) -> N
     page = look.go("/plan")
     page.get_by_label("Poses", exact=True).fill("16")
     look.get("plan").click()
-    look.get("drivable").filter(has_text="all can be driven").wait_for()
+    look.get("drivable").filter(has_text="all can be reached").wait_for()
     look.get("curve").wait_for()
     poses = fastcal.load_measurements(
         studio.folder / "plan" / "poses.csv", fastcal.load_robot("ur5e"), require_measured=False
@@ -95,14 +95,14 @@ def test_plan_draws_poses_and_what_cannot_be_driven(look: Any, studio: Any) -> N
     look.picture("studio-plan")
     look.everybody()
     page.get_by_label("z mm", exact=True).fill("1900")  # out of the way, and back by the slider
-    look.get("drivable").filter(has_text="all can be driven").wait_for()
+    look.get("drivable").filter(has_text="all can be reached").wait_for()
     for _ in range(3):
         page.get_by_role("slider", name="z of box 1").press("PageDown")
     page.get_by_label("z mm", exact=True).fill("450")
     look.get("drivable").filter(has_text="cannot be driven").wait_for()
     assert Project(studio.folder).answers["keep_out_mm"] == [[[200, -900, 0], [900, 900, 900]]]
     look.get("plan").click()
-    look.get("drivable").filter(has_text="all can be driven").wait_for()
+    look.get("drivable").filter(has_text="all can be reached").wait_for()
     planned = (studio.folder / "plan" / "poses.csv").read_bytes()
     repeat(look.get("command").first.inner_text(), studio.folder)
     assert (studio.folder / "plan" / "poses.csv").read_bytes() == planned

@@ -54,7 +54,7 @@ def _set_up(studio: Studio, shown: Any) -> None:
     """What the session needs to know."""
     answers = studio.project.answers
     planned = studio.project.path(_PLAN).exists()
-    with card(_("Begin"), _("Rows are written as they come; a session that was broken off goes on where it ended.")):
+    with card(_("Begin"), _("Rows are saved as they arrive; an interrupted session resumes where it stopped.")):
         with ui.row().classes("items-end gap-4"):
             goal = ui.number(
                 _("Goal: σ of a predicted point, mm"), value=answers.get("goal_mm", 0.1), min=0.001, step=0.01
@@ -131,7 +131,7 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
         with card(_("Measure this next")):
             next_said = ui.label().classes("font-mono").props('data-test="next"')
             picture = ui.plotly(pictures.scene([])).classes("w-full")
-    with card(_("Rows"), _("Select one to keep it or leave it against what is said here.")):
+    with card(_("Rows"), _("Select one to keep it or leave it out regardless of the verdict here.")):
         grid = (
             table(
                 {

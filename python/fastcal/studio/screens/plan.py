@@ -68,7 +68,7 @@ class _Screen:
         answers = self.project.answers
         count = ui.number(_("Poses"), value=40, min=8, max=500, precision=0).classes("w-28")
         effects = ui.input(_("Effects to identify"), value=answers.get("effects", "geometry")).classes("w-72")
-        payloads = ui.input(_("Payloads at hand, kg"), value="0").classes("w-40")
+        payloads = ui.input(_("Available payloads, kg"), value="0").classes("w-40")
 
         def plan() -> None:
             with told():
@@ -207,8 +207,8 @@ def _poses(
                 ]
                 why = Surroundings(keep_out=keep_out).obstacles(robot, data.q)
                 red = int(np.sum(why > 0))
-                words = _("{count} cannot be driven as the boxes are now: plan again", count=red)
-                driven.set_text(words if red else _("all can be driven"))
+                words = _("{count} cannot be reached with the boxes as they are now: plan again", count=red)
+                driven.set_text(words if red else _("all can be reached"))
                 driven.classes(replace="text-negative" if red else "text-positive")
                 colours = [pictures.RED if reason else pictures.BLUE for reason in why]
                 k = int(slider.value) - 1

@@ -106,7 +106,7 @@ def _shown(
     with card(_("What it does")):
         count = len(found.targets)
         taken = _(
-            "{targets}; error taken away: mean {mean:.2f} mm, largest {most:.2f} mm",
+            "{targets}; error removed: mean {mean:.2f} mm, largest {most:.2f} mm",
             targets=_("1 target") if count == 1 else _("{count} targets", count=count),
             mean=float(error.mean()),
             most=float(error.max()),

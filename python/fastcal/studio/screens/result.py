@@ -109,7 +109,9 @@ def _apart(studio: Studio) -> None:
             write_bytes(place, poses.read_bytes())
             ui.navigate.to("/plan")
 
-    with card(_("What tells them apart"), _("The data fit several causes; these poses, measured next, leave one.")):
+    with card(
+        _("What tells them apart"), _("The data fit several causes; measuring these poses next tells them apart.")
+    ):
         count = len(load_measurements(poses, project.robot(), require_measured=False))
         ui.button(_("Take the {count} poses to Plan", count=count), on_click=plan, icon="route").props(
             'data-test="tell-apart"'

@@ -168,7 +168,7 @@ def noise_that_is_strongly_correlated_may_hide_something() -> None:
 def a_shift_is_told_from_rows_that_scatter() -> None:
     scattered = 1e-3 * np.random.default_rng(5).standard_normal((12, 3))
     assert noise._how_far(scattered) == "are far off"
-    assert "lie 2 mm off together" in noise._how_far(np.tile([0.0, 0.0, 2e-3], (12, 1)) + 0.1 * scattered)
+    assert "are all off by about the same 2 mm" in noise._how_far(np.tile([0.0, 0.0, 2e-3], (12, 1)) + 0.1 * scattered)
     assert noise._how_far(np.full((3, 3), np.nan)) == "are far off"
 
 

@@ -153,7 +153,7 @@ def up_to_four_waves_are_listed_one_by_one() -> None:
         return words._causes(SimpleNamespace(effects=waves))
 
     assert sentence(4).count("30 times the noise") == 4
-    assert "joint 5 2 times a turn" in sentence(5)
+    assert "joint 5 2 times per turn" in sentence(5)
 
 
 @falls_with(MAX_RISE=2.0)

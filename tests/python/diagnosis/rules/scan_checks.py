@@ -10,10 +10,12 @@ import numpy as np
 from fastcal.diagnosis import periodic, scans
 from fastcal.diagnosis.library import Hypothesis
 from fastcal.diagnosis.search import Search
+from fastcal.diagnosis.step_or_condition import is_a_condition
+from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.measuring_order import in_order
 
 from .mutants import falls_with
-from .small_arm import measured, problem
+from .small_arm import arm, measured, problem
 
 ROWS = 120
 TIME = 30.0 * np.arange(ROWS)
@@ -26,6 +28,13 @@ def found(effects: list[dict[str, Any]], seed: int = 1) -> list[Hypothesis]:
 
 def step(size: float) -> dict[str, Any]:
     return {"effect": "zero_step", "owner": "joint2", "at_s": 2000.0, "parameters": {"step_rad": size}}
+
+
+def sorted_by_joint_1() -> Dataset:
+    """Rows measured along joint 1, all but a few."""
+    data = measured([], rows=ROWS, time=TIME)
+    order = np.argsort(data.q[:, 0] + np.random.default_rng(1).normal(0, 0.3, ROWS))
+    return in_order(replace(data.select(order), time=TIME))
 
 
 @falls_with(ALPHA_SCAN=0.0)
@@ -56,9 +65,27 @@ def what_changes_with_the_payload_is_no_step() -> None:
     data = in_order(measured([], rows=ROWS, time=TIME))
     later = np.arange(ROWS) >= 60
     at = Hypothesis({"effect": "zero_step", "owner": "joint2", "at_s": 1795.0})
-    assert not scans.is_a_condition(at, data)
-    assert scans.is_a_condition(at, replace(data, payload=10.0 * later))
-    assert scans.is_a_condition(at, replace(data, q=np.sort(data.q, axis=0)))
+    assert not is_a_condition(at, Search(problem(data)).start.fit, 1)
+    assert is_a_condition(at, Search(problem(replace(data, payload=10.0 * later))).start.fit, 1)
+
+
+@falls_with(PLACED=())
+@falls_with(ALPHA_SCAN=0.0)
+def a_tool_that_slipped_is_told_by_rows_that_break_the_order_of_positions() -> None:
+    at, data = Hypothesis({"effect": "tool_step", "owner": "tool", "at_s": 1795.0}), sorted_by_joint_1()
+    turned = arm().forward(data.q)[:, :3, :3]
+    slipped = data.position + (np.arange(ROWS) >= 60)[:, np.newaxis] * (turned @ [4e-4, 3e-4, 0.0])
+    assert not is_a_condition(at, Search(problem(replace(data, position=slipped))).start.fit, 1)
+
+
+@falls_with(MAX_STEP_SHARE=1.0)
+@falls_with(ALPHA_SCAN=1e9)
+def a_tool_that_moves_with_a_joint_is_no_step() -> None:
+    """It leans by a bump in the position of joint 1, along which the rows were measured."""
+    at, data = Hypothesis({"effect": "tool_step", "owner": "tool", "at_s": 1795.0}), sorted_by_joint_1()
+    turned = arm().forward(data.q)[:, :3, :3]
+    leaning = data.position + np.exp(-((data.q[:, 0] / 0.5) ** 2))[:, np.newaxis] * (turned @ [4e-4, 3e-4, 0.0])
+    assert is_a_condition(at, Search(problem(replace(data, position=leaning))).start.fit, 1)
 
 
 @falls_with(SCANNED_SHARE=0.0)
