@@ -63,7 +63,7 @@ def view_poses(cell: Cell, q: FloatArray, view: str, threads: int = 1) -> FloatA
     if not sensor:
         return T
     S = np.asarray(model.predict(samples, model.start, threads, of=sensor))
-    return se3.inverses(S) @ T
+    return np.asarray(se3.inverses(S) @ T)
 
 
 def predict_cell(cell: Cell, postures: Readings, *, threads: int = 1) -> dict[str, CellPrediction]:
