@@ -59,7 +59,7 @@ def test_the_command_asks_for_it(shared_data: Path, tmp_path: Path) -> None:
     folder = shared_data / "ur5_tracker"
     line = ["calibrate", f"{folder}/robot.yaml", f"{folder}/measurements.csv", "-o", f"{tmp_path}/out"]
     assert main([*line, "--solver", "ceres"]) == 0
-    assert "trust region alone" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("&#39;", "'")
+    assert "trust region only" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("&#39;", "'")
 
 
 def test_other_solvers_are_refused() -> None:
