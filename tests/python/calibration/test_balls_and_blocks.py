@@ -108,7 +108,7 @@ def test_radii_of_balls_are_found_as_surely_as_is_said() -> None:
 
 
 def test_diagnose_and_check_take_touches_of_a_block() -> None:
-    assert "othing is missing" in fastcal.diagnose(robot(), read("cube", 120, 6)).sentence
+    assert "No missing effect" in fastcal.diagnose(robot(), read("cube", 120, 6)).sentence
     model = fastcal.calibrate(robot(), read("cube", 150, 3)).model
     assert fastcal.check(model, read("cube", 60, 7)).verdict == "holds"
 

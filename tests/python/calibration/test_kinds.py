@@ -206,7 +206,7 @@ def test_the_diagnosis_leaves_a_worthless_kind_out_and_says_so() -> None:
         fastcal.diagnose(robot(), data)
     found = fastcal.diagnose(robot(), data, as_read=True)
     assert found.sentence.startswith("The orientations do not fit the positions")
-    assert "othing is missing" not in found.sentence
+    assert "No missing effect" not in found.sentence
     assert found.to_json_dict()["misfits"][0]["kind"] == "orientation"
     lines = summary(found)
     assert lines[0] == "bench: none; orientations do not fit"

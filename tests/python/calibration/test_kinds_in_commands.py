@@ -39,7 +39,7 @@ def test_calibrate_draws_and_pages_take_every_kind(kinds: tuple[str, ...], tmp_p
 @KINDS
 def test_diagnose_takes_every_kind(kinds: tuple[str, ...]) -> None:
     found = fastcal.diagnose(robot(), read(kinds, 100, 6))
-    assert "othing is missing" in found.sentence
+    assert "No missing effect" in found.sentence
     content = found.to_json_dict()
     assert set(content["kinds"]) == set(content["noise"]) == set(kinds)
     assert kind_named(found.main_noise.kind.name).unit in found.sentence

@@ -340,7 +340,7 @@ def test_each_verdict_has_a_page_that_says_what_to_do(found: Diagnosis, verdict:
     steps = diagnosis_steps.next_steps(replace(found, verdict=verdict, **changed))
     assert len(steps) >= 2
     assert ("Do not repair anything yet" in steps[0]) == (verdict == "one_of")
-    assert ("at joint 5" in steps[0]) == (verdict == "unexplained")
+    assert ("Check joint 5" in steps[0]) == (verdict == "unexplained")
     if verdict in ("none", "one_of"):
         assert diagnosis_words.VERDICTS[verdict][0] in diagnosis_page(replace(found, verdict=verdict, **changed))
 
