@@ -159,13 +159,19 @@ def _found(
     threads: int,
     notify: Callable[[str], None],
     lost: Sequence[int] = (),
+    *,
+    repeating: bool = False,
 ) -> Found:
-    """`diagnose` without its result, its arguments checked; `lost` are rows that are not looked at."""
+    """`diagnose` without its result, its arguments checked; `lost` are rows that are not looked at.
+
+    `repeating`: joints repeat well, and what looks otherwise follows their positions.
+    """
     notify(said("fitting the geometry"))
     trusted = without_measured(data, np.array(lost, dtype=np.intp)) if lost else data
     rows = searched_rows(trusted, robot)
     looked_at = trusted if rows is None else trusted.select(rows)
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
+    problem = replace(problem, joints_repeat=repeating)
     geometry = fit(problem, [])
     _refuse_few_postures(looked_at, geometry)
     notify(said("estimating the noise"))
@@ -173,7 +179,8 @@ def _found(
     moved = all_moved(level.moved, trusted, rows)
     if moved and len(lost) + len(moved) <= MAX_MOVED_SHARE * data.measured.sum():
         notify(said("trying without {count} rows that are off together", count=len(moved)))
-        return _found(robot, data, test, library, sigma, threads, notify, sorted({*lost, *moved}))
+        gone = sorted({*lost, *moved})
+        return _found(robot, data, test, library, sigma, threads, notify, gone, repeating=repeating)
     plain, best, level = searched(problem, level, sigma, notify)
     search = plain.search
     if not best.suffices and (search.explains_little(best) or unexplained.one_block_does_better(search, best)):
@@ -188,6 +195,9 @@ def _found(
     if remains or sum(map(is_periodic, best.names)) > 1:  # waves of several orders draw any curve
         profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
         model = plain.best_predicting(best, profiles)
+    if model.profiles and model.noise.repeatability > 0:
+        notify(said("trying without noise of the joints"))
+        return _found(robot, data, test, library, sigma, threads, notify, lost, repeating=True)
     level = level.calmer(model.noise) if model.profiles else level
     final = model.state if not model.profiles else SearchNode(model.fit, search.start.family)
     remains = remains if final is best else unexplained.remains(final)

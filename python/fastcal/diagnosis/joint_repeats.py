@@ -4,7 +4,9 @@
 
 There no missing effect passes for it, as far as rows show one. What rows leave has to grow with what the joints move
 them by (`may_repeat_badly`), and the likelihood to prefer joints that repeat badly, anew in each row or in each stay,
-clearly, and to errors that come again whenever a posture is visited (`likeliest_noise`).
+clearly, and to errors that come again whenever a posture is visited (`likeliest_noise`). Fine waves of the joints look
+like it where no posture is visited twice: where curves of the joints then predict held-out rows, the diagnosis begins
+again and counts none of it as noise (`Problem.joints_repeat`).
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ _ROUNDS, _SETTLED = 3, 0.1
 def with_joint_noise(beside: RichModel) -> RichModel:
     """The rich model with the noise of joints that repeat badly, as it is where they need not."""
     problem = beside.problem
-    if problem.repeatability is not None or problem.start.robot.passive:
+    if problem.joints_repeat or problem.repeatability is not None or problem.start.robot.passive:
         return beside
     found, stay = beside, problem.stays[problem.rows]
     has_stays = len(np.unique(stay)) < len(stay)

@@ -125,6 +125,7 @@ class Problem:
             alone are fitted. None: it is held as `priors.widest` has it.
         is_plain: Are names fitted by themselves, as `calibrate` does, without what comes with them (`with_nuisances`)?
         repeatability: Of the joints over the noise of a corner [rad / px], where cameras see boards (`postures`).
+        joints_repeat: No noise of the joints is looked for (`joint_repeats`).
         levers: By what the joints move the numbers of data, known once for all problems of these (`decorrelation`).
     """
 
@@ -141,6 +142,7 @@ class Problem:
     arm_size: float | None = None
     is_plain: bool = False
     repeatability: float | None = None
+    joints_repeat: bool = False
     levers: dict[int, Levers] = field(default_factory=dict)
 
     @property
