@@ -205,6 +205,7 @@ class Found:
         names = [name for name in build_library(model, self.data).names if name.key in asked]
         data = self.search.problem.data
         problem = prepared_problem(model, data, names, claimed(data, self.sigma), self.threads)
+        problem = replace(problem, joints_repeat=self.search.problem.joints_repeat)
         problem, _level = with_estimated_noise(problem, fit(problem, []), self.sigma)
         return Search(problem).start.suffices
 

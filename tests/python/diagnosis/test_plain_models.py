@@ -70,7 +70,7 @@ def test_a_plain_model_that_predicts_better_is_written_and_told(tmp_path: Path) 
     assert found.gap[-1].test_rms_mm is not None
     assert found.gap[-1].test_rms_mm < 1.05 * best
     assert found.plain is not None
-    assert "it leaves" in found.plain
+    assert "it reduces the mean square error" in found.plain
     assert f"The model that was written is a plain one: {found.plain}." in found.sentence
     assert found.to_json_dict()["plain_model"] == found.plain
     found.save(tmp_path)
@@ -112,7 +112,7 @@ def test_least_squares_of_all_rows_is_tried_where_rows_were_left_out() -> None:
     assert found.by_least_squares
     assert found.model.fit.problem.used.all()
     assert found.words.startswith("the geometry alone, ")
-    assert ", by least squares of all rows; it leaves " in found.words
+    assert ", by least squares of all rows; it reduces " in found.words
     own = judged(bare(search.start), is_plain=False)
     assert 0 < found.lead <= 1 - np.nanmean(found.squares) / np.nanmean(own.squares) + 0.5
 
