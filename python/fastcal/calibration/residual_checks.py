@@ -246,8 +246,10 @@ def noise_and_posture(
     data = problem.data
     alike, white = _alike(row, len(data)), None
     serial, note = _memory(J / scale, residual, row, data) if alike else (None, "")
-    if serial is None:
+    of_joints = serial is None
+    if of_joints:
         serial, note, white = _joints(J / scale, residual, row, near.number[near.kept], problem, found)
+        of_joints = serial is not None
     if alike and serial is None:
         serial, note, white = _shared(J / scale, residual, row, data)
     if serial is not None:
@@ -273,6 +275,7 @@ def noise_and_posture(
             f"the residuals depend on the posture (p = {p:.1g}): an effect is missing from the model, and the "
             f"stated deviations and intervals do not hold; {more}"
         )
+        notes = notes[1:] if of_joints else notes  # joints that repeat badly, or what is missing: not to be told apart
     return serial, [*notes, *caveats], caveats
 
 

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.joint_noise import JointNoise, likeliest_noise, may_repeat_badly
 from fastcal.calibration.repeatability import pose_groups
 from fastcal.calibration.tall import taken
@@ -27,19 +27,22 @@ from fastcal.place import joint_name
 _ROUNDS, _SETTLED = 3, 0.1
 
 
-def with_joint_noise(beside: RichModel) -> RichModel:
-    """The rich model with the noise of joints that repeat badly, as it is where they need not."""
+def with_joint_noise(beside: RichModel, *, of_stays: bool = True) -> RichModel:
+    """The rich model with the noise of joints that repeat badly, as it is where they need not.
+
+    `of_stays`: may rows of one stay share it? Where they are repeats of each other, these show what noise is.
+    """
     problem = beside.problem
     if problem.joints_repeat or problem.repeatability is not None or problem.start.robot.passive:
         return beside
-    found, stay = beside, problem.stays[problem.rows]
+    found, stay = beside, problem.stays[problem.rows] if of_stays else np.arange(len(problem.rows))
     has_stays = len(np.unique(stay)) < len(stay)
     near = may_repeat_badly(_lever(beside), beside.left.left, beside.left.hats, has_stays=has_stays)
     if near == 0:
         return beside
     for _ in range(_ROUNDS):
         before = found.noise.repeatability
-        noise = _likeliest(found, before or near / found.noise.factor)
+        noise = _likeliest(found, before or near / found.noise.factor, stay)
         if noise is None:
             return beside
         settled = abs(noise.repeatability / before - 1) < _SETTLED if before else False
@@ -49,13 +52,16 @@ def with_joint_noise(beside: RichModel) -> RichModel:
     return found
 
 
-def _likeliest(beside: RichModel, near: float) -> Noise | None:
-    """The noise with which what a rich model leaves is likeliest, if that is clear; `near` to begin with."""
+def _likeliest(beside: RichModel, near: float, stay: IndexArray) -> Noise | None:
+    """The noise with which what a rich model leaves is likeliest, if that is clear; `near` to begin with.
+
+    `stay` (N,) is of each fitted row.
+    """
     problem, noise = beside.problem, beside.noise
     _A, r, row = beside.fit.whitened
     kept = np.flatnonzero((row >= 0) & ~np.isin(row, beside.left.wrong))
     row, X, r, lever = row[kept], taken(beside.columns, kept), r[kept], _lever(beside)[kept]
-    stay, begun = problem.stays[problem.rows], noise.repeatability * noise.factor
+    begun = noise.repeatability * noise.factor
     if begun:
         raw = JointNoise.of(lever, stay[row] if noise.by_stay else row)
         X, r = raw.whitened(X, 0.0, begun), raw.whitened(r, 0.0, begun)

@@ -89,7 +89,8 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     rho = slow.rho
     if slow.found:
         beside = beside.with_motions(slow.found)
-    beside = with_joint_noise(beside)
+    visits = repeats(problem.data)
+    beside = with_joint_noise(beside, of_stays=visits is None or visits[1] < MIN_REPEAT_FREEDOM)
     _A, r, row = beside.fit.whitened
     if rho > 0 and beside.columns is not at_rest:
         rho = memory(every, beside.columns, r, row, beside.left.wrong)

@@ -110,7 +110,7 @@ def test_many_waves_are_listed_by_joint_and_order() -> None:
     said = {(f.owner, f.parameters["order"].value) for f in found.effects if f.effect == "gear_harmonic"}
     assert said >= {(f"joint{joint}", order) for joint, order in waves}
     assert not any(f.grade == "A" for f in found.effects if f.effect != "gear_harmonic")
-    assert "periodically" in found.sentence
+    assert "periodic" in found.sentence
     assert found.gap[-1].train_rms_mm == pytest.approx(np.sqrt(3) * 0.04, rel=0.05)
 
 
