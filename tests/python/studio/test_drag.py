@@ -81,7 +81,7 @@ def test_a_box_is_dragged_with_the_mouse(chromium: Any, studio: Any) -> None:
     page.goto(studio.base + "/plan")
     space = page.locator('[data-test="space"]')
     space.locator("canvas").wait_for()
-    page.get_by_text("cannot be driven").or_(page.get_by_text("all can be reached")).wait_for()
+    page.get_by_text("cannot be reached").or_(page.get_by_text("all can be reached")).wait_for()
     space.scroll_into_view_if_needed()
     place = [space.get_attribute("id"), *middle(BOX)]
     eye = camera_at(Project(studio.folder).robot())

@@ -91,7 +91,7 @@ def test_plan_draws_poses_and_what_cannot_be_driven(look: Any, studio: Any) -> N
     for label, value in (("from x", 200), ("from y", -900), ("from z", 0), ("to x", 900), ("to y", 900), ("to z", 900)):
         page.get_by_label(label, exact=True).fill(str(value))
     look.get("add-box").click()
-    look.get("drivable").filter(has_text="cannot be driven").wait_for()
+    look.get("drivable").filter(has_text="cannot be reached").wait_for()
     look.picture("studio-plan")
     look.everybody()
     page.get_by_label("z mm", exact=True).fill("1900")  # out of the way, and back by the slider
@@ -99,7 +99,7 @@ def test_plan_draws_poses_and_what_cannot_be_driven(look: Any, studio: Any) -> N
     for _ in range(3):
         page.get_by_role("slider", name="z of box 1").press("PageDown")
     page.get_by_label("z mm", exact=True).fill("450")
-    look.get("drivable").filter(has_text="cannot be driven").wait_for()
+    look.get("drivable").filter(has_text="cannot be reached").wait_for()
     assert Project(studio.folder).answers["keep_out_mm"] == [[[200, -900, 0], [900, 900, 900]]]
     look.get("plan").click()
     look.get("drivable").filter(has_text="all can be reached").wait_for()
