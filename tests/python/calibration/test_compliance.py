@@ -133,10 +133,10 @@ def test_no_test_finds_what_one_that_is_told_the_place_does_not() -> None:
     commands, papers = (" ".join((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8").split()) for name in pages)
     for line in (
         f"Of {len(sets)} simulated sets",
-        f"{len(found)} corners were found; a test that is told the place of the corner would find {told:.1f} on",
+        f"{len(found)} corners were found; a test that knows the position of the corner would find {told:.1f} on",
         f"Of the {len(sure)} sets in which such a test finds it in 99 % or more all {len(sure)} were found, "
         f"{sum(both)} of these within two standard deviations ({sum(both[:100])} of the first 100); of all "
-        f"{len(found)} found {len(inside)}. Of {3 * len(sets)} joints that do not bend {drawn} got a corner.",
+        f"{len(found)} found {len(inside)}. Of {3 * len(sets)} joints without a corner {drawn} got one.",
     ):
         assert line in commands
     assert (

@@ -140,7 +140,7 @@ def test_of_very_many_rows_some_are_judged_and_the_page_says_so() -> None:
     np.testing.assert_array_equal(judged_rows(MOST_ROWS), np.arange(MOST_ROWS))
     assert len(judged_rows(6 * MOST_ROWS)) == pytest.approx(MOST_ROWS, rel=1e-3)
     assert "use all rows. 250 of" in drawn_note(MOST_ROWS)
-    assert " of 300\u202f000 rows, 250 of all rows" in drawn_note(300_000)
+    assert " of 300\u202f000 rows; 250 of all rows" in drawn_note(300_000)
 
 
 @pytest.mark.parametrize("period", [2, 6, 7, 8, 13, 34, 100])
