@@ -114,7 +114,11 @@ def diagnose(
             lost = sorted({*found.lost, *gross})
             notify(said("trying without {count} rows that nothing explains", count=len(lost)))
             found = _found(robot, data, test, library, sigma, threads, notify, lost)
-        reading = None if found.rows is not None else suspect_columns.suspected(found.search, found.told.best)
+        asked = found
+        if suspect_columns.may_be_wrong(data) and found.search.problem.noise.repeatability > 0:
+            # Rows that miss by loads they did not have look like noise of the joints.
+            asked = _found(robot, data, test, library, sigma, threads, notify, found.lost, repeating=True)
+        reading = None if found.rows is not None else suspect_columns.suspected(asked.search, asked.told.best)
         if reading is not None:
             notify(said("trying another reading of a column"))
             data = reading.of(data)
@@ -192,12 +196,13 @@ def _found(
     notify(said("testing alternative causes"))
     model = rivals.bare(best)
     remains = unexplained.remains(best)
-    if remains or sum(map(is_periodic, best.names)) > 1:  # waves of several orders draw any curve
-        profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
-        model = plain.best_predicting(best, profiles)
-    if model.profiles and model.noise.repeatability > 0:
+    is_curved = remains or sum(map(is_periodic, best.names)) > 1  # waves of several orders draw any curve
+    if is_curved and search.problem.noise.repeatability > 0:
         notify(said("trying without noise of the joints"))
         return _found(robot, data, test, library, sigma, threads, notify, lost, repeating=True)
+    if is_curved:
+        profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
+        model = plain.best_predicting(best, profiles)
     level = level.calmer(model.noise) if model.profiles else level
     final = model.state if not model.profiles else SearchNode(model.fit, search.start.family)
     remains = remains if final is best else unexplained.remains(final)

@@ -4,9 +4,9 @@
 
 There no missing effect passes for it, as far as rows show one. What rows leave has to grow with what the joints move
 them by (`may_repeat_badly`), and the likelihood to prefer joints that repeat badly, anew in each row or in each stay,
-clearly, and to errors that come again whenever a posture is visited (`likeliest_noise`). Fine waves of the joints look
-like it where no posture is visited twice: where curves of the joints then predict held-out rows, the diagnosis begins
-again and counts none of it as noise (`Problem.joints_repeat`).
+clearly, and to errors that come again whenever a posture is visited (`likeliest_noise`). Fine waves of the joints, or a
+column that is wrong, look like it where no posture is visited twice: unless nothing remains with it, the diagnosis
+begins again and counts none of it as noise (`Problem.joints_repeat`).
 """
 
 from __future__ import annotations

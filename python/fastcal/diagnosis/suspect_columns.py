@@ -56,6 +56,11 @@ class Reading:
         return data if self.without is None else without_measured(data, self.without)
 
 
+def may_be_wrong(data: Dataset) -> bool:
+    """Do the rows differ in a column that could be read otherwise?"""
+    return bool(np.ptp(data.payload) > 0) or data.approach is not None
+
+
 def suspected(search: Search, best: SearchNode) -> Reading | None:
     """The reading of a column that does the work of what was named; None: the columns are believed."""
     return _suspected_payload(search, best) or _suspected_approach(search, best)

@@ -130,4 +130,4 @@ def test_it_is_said_where_people_look(tmp_path: Path, capsys: pytest.CaptureFixt
     assert 0 < cameras[0]["within_mm"] < 1
     assert cameras[0]["undetermined"] == []
     assert cameras[0]["with_identified_arm"]
-    assert "Camera wrist on flange: known to" in (tmp_path / "out/report.html").read_text()
+    assert "Camera wrist on flange: its pose is known to" in (tmp_path / "out/report.html").read_text()

@@ -68,7 +68,7 @@ def test_what_a_sensor_read_is_tried_and_the_page_says_so(drifting: tuple[Path, 
     assert result.unexplained is not None
     assert "oil" in result.unexplained.depends_on
     page = " ".join(diagnosis_page(result).split())
-    assert "tried as causes, beside the positions of the joints: oil." in page
+    assert "tested as causes, in addition to the joint positions: oil." in page
     assert "Labels, which are never a cause: Nr.." in page
 
 
