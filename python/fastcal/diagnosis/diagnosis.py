@@ -114,11 +114,13 @@ def diagnose(
             lost = sorted({*found.lost, *gross})
             notify(said("trying without {count} rows that nothing explains", count=len(lost)))
             found = _found(robot, data, test, library, sigma, threads, notify, lost)
-        asked = found
-        if suspect_columns.may_be_wrong(data) and found.search.problem.noise.repeatability > 0:
-            # Rows that miss by loads they did not have look like noise of the joints.
-            asked = _found(robot, data, test, library, sigma, threads, notify, found.lost, repeating=True)
-        reading = None if found.rows is not None else suspect_columns.suspected(asked.search, asked.told.best)
+        reading = None
+        if found.rows is None:
+            asked = found
+            if suspect_columns.may_be_wrong(data) and found.search.problem.noise.repeatability > 0:
+                # Rows that miss by loads they did not have look like noise of the joints.
+                asked = _found(robot, data, test, library, sigma, threads, notify, found.lost, joints_repeat=True)
+            reading = suspect_columns.suspected(asked.search, asked.told.best)
         if reading is not None:
             notify(said("trying another reading of a column"))
             data = reading.of(data)
@@ -164,18 +166,18 @@ def _found(
     notify: Callable[[str], None],
     lost: Sequence[int] = (),
     *,
-    repeating: bool = False,
+    joints_repeat: bool = False,
 ) -> Found:
     """`diagnose` without its result, its arguments checked; `lost` are rows that are not looked at.
 
-    `repeating`: joints repeat well, and what looks otherwise follows their positions.
+    `joints_repeat`: as `Problem` has it.
     """
     notify(said("fitting the geometry"))
     trusted = without_measured(data, np.array(lost, dtype=np.intp)) if lost else data
     rows = searched_rows(trusted, robot)
     looked_at = trusted if rows is None else trusted.select(rows)
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
-    problem = replace(problem, joints_repeat=repeating)
+    problem = replace(problem, joints_repeat=joints_repeat)
     geometry = fit(problem, [])
     _refuse_few_postures(looked_at, geometry)
     notify(said("estimating the noise"))
@@ -184,7 +186,7 @@ def _found(
     if moved and len(lost) + len(moved) <= MAX_MOVED_SHARE * data.measured.sum():
         notify(said("trying without {count} rows that are off together", count=len(moved)))
         gone = sorted({*lost, *moved})
-        return _found(robot, data, test, library, sigma, threads, notify, gone, repeating=repeating)
+        return _found(robot, data, test, library, sigma, threads, notify, gone, joints_repeat=joints_repeat)
     plain, best, level = searched(problem, level, sigma, notify)
     search = plain.search
     if not best.suffices and (search.explains_little(best) or unexplained.one_block_does_better(search, best)):
@@ -199,7 +201,7 @@ def _found(
     is_curved = remains or sum(map(is_periodic, best.names)) > 1  # waves of several orders draw any curve
     if is_curved and search.problem.noise.repeatability > 0:
         notify(said("trying without noise of the joints"))
-        return _found(robot, data, test, library, sigma, threads, notify, lost, repeating=True)
+        return _found(robot, data, test, library, sigma, threads, notify, lost, joints_repeat=True)
     if is_curved:
         profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
         model = plain.best_predicting(best, profiles)

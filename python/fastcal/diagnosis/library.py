@@ -59,6 +59,8 @@ _SEARCHED = (
     "width_nm",
 )  # options that a search finds, beside a wave's order
 
+_PLACES_OF_STEPS = ("at_s", "at_row", "rows", "at_deg", "at_mm")
+
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
@@ -101,6 +103,11 @@ class Hypothesis:
     def is_start(self) -> bool:
         """Is it one of several starts of a search, of a corner or a moment, for the same cause?"""
         return bool(self.variant) and self.cause == identity({"effect": self.effect, "owner": self.owner})
+
+    @property
+    def bare(self) -> Spec:
+        """Its entry without when or where it steps."""
+        return {key: value for key, value in self.entry.items() if key not in _PLACES_OF_STEPS}
 
     @property
     def searched(self) -> int:
@@ -319,6 +326,11 @@ def from_moment(bare: Spec, at: float, data: Dataset) -> Hypothesis:
         return Hypothesis({**bare, "at_s": at}, f"at_s={at:.6g}")
     first, rows = math.ceil(at), int(order_of_rows(data).max()) + 1
     return Hypothesis({**bare, "at_row": float(first), "rows": float(rows)}, f"at_row={first}")
+
+
+def from_the_beginning(bare: Spec, data: Dataset) -> Hypothesis:
+    """A step before all rows: a shift of them."""
+    return from_moment(bare, -math.inf if data.time is not None else 0.0, data)
 
 
 def jumps_with_posture(effect: str) -> bool:

@@ -30,6 +30,7 @@ from fastcal.diagnosis.library import (
     effect_has_moment,
     from_moment,
     from_position,
+    from_the_beginning,
     is_excluded,
     jumps_with_posture,
     order_of_rows,
@@ -50,7 +51,6 @@ if TYPE_CHECKING:
 SCANNED_NAMES = 8
 _AT_ONCE = 128  # names that are scored together, for the memory that their columns take
 _LOADS_APART = 4.0  # loads of a form that are tried, above and below the first
-_PLACES_OF_STEPS = ("at_s", "at_row", "rows", "at_deg", "at_mm")
 _ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
 
 
@@ -178,10 +178,9 @@ def refined(name: Hypothesis, grid: Iterable[Hypothesis], state: SearchNode) -> 
 def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
     """A step at the moment, or the position, of all between two rows that explains most; other names as they are."""
     data, robot = state.fit.problem.kept, state.fit.problem.start.robot
-    bare = {key: value for key, value in name.entry.items() if key not in _PLACES_OF_STEPS}
+    bare = name.bare
     if effect_has_moment(name.effect):
-        always = from_moment(bare, -np.inf if data.time is not None else 0.0, data)
-        at, _ = _best_step(state.fit, always, order_of_rows(data))
+        at, _ = _best_step(state.fit, from_the_beginning(bare, data), order_of_rows(data))
         return from_moment(bare, at, data)
     if jumps_with_posture(name.effect):
         q = data.q[:, source_of(name.owner).index]

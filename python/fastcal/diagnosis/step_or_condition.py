@@ -17,7 +17,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import polynomials
-from fastcal.diagnosis.library import Hypothesis, effect_has_moment, from_moment, order_of_rows
+from fastcal.diagnosis.library import Hypothesis, effect_has_moment, from_the_beginning, order_of_rows
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.robust_rows import ridged_basis
 from fastcal.diagnosis.tail_probabilities import p_values
@@ -78,9 +78,8 @@ def _outlasts_positions(name: Hypothesis, step: FloatArray, at: Fit, tried: int)
     """
     A, r, row = at.standardized
     measured = row >= 0
-    bare = {key: value for key, value in name.entry.items() if key not in ("at_s", "at_row", "rows")}
     data = at.problem.kept
-    always = from_moment(bare, -np.inf if data.time is not None else 0.0, data)
+    always = from_the_beginning(name.bare, data)
     own, whole = (columns_at(at, [one], as_measured=True).values[: int(measured.sum())] for one in (name, always))
     courses = _of_positions(data.q, step)[row[measured]]
     follow = np.zeros((len(row), whole.shape[1] * courses.shape[1]))
