@@ -24,7 +24,7 @@ _ROLES = {
     **{str(k): look for k, look in enumerate(zip(_COLOURS, _DASHES, strict=True))},
 }
 _BAR_OPACITY = 0.75
-_NO_BREAK = "\N{NO-BREAK SPACE}"  # a range stays on one line; before it a narrow column breaks
+_NO_BREAK = "\N{NO-BREAK SPACE}"  # a range and a unit stay on one line; before it a narrow column breaks
 
 
 def paper_page(content: Mapping[str, Any]) -> str:
@@ -128,7 +128,7 @@ def _cell(value: Any) -> Cell:
     if value is None:
         return Cell(MISSING)
     if isinstance(value, str):
-        return Cell(value)
+        return Cell(value.replace("N m", f"N{_NO_BREAK}m"))
     if isinstance(value, Mapping):
         if not is_known(value["median"]):
             return Cell(MISSING)
