@@ -108,7 +108,8 @@ def _part(exhibit: Mapping[str, Any]) -> dict[str, Any]:
     """An exhibit as the template takes it."""
     place = re.sub(r"\W+", "-", f"{exhibit['number']}-{exhibit.get('title', '')}").strip("-").lower()[:60]
     if exhibit["kind"] == "absent":
-        return {"kind": "absent", "number": exhibit["number"], "text": exhibit["why"]}
+        verb = "are" if re.match(r"(Figures|Tables)\b", exhibit["number"]) else "is"
+        return {"kind": "absent", "number": exhibit["number"], "verb": verb, "text": exhibit["why"]}
     if exhibit["kind"] == "table":
         drawn = {"kind": "table", "id": f"table-{place}", "table": _table(exhibit), "note": exhibit["note"]}
         return drawn | {"number": exhibit["number"], "title": exhibit["title"]}
