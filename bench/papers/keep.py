@@ -1,8 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Keeps a study's paper.json here, without its runs and with six digits: python bench/papers/keep.py OUT"""
+"""Keeps a study's paper.json here, without its runs, with six digits and the commit whose code made it.
+
+    python bench/papers/keep.py OUT [COMMIT]
+
+COMMIT is that of the working tree, unless it is told.
+"""
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,8 +25,16 @@ def rounded(value: Any) -> Any:
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
+def head() -> str:
+    """The commit of the working tree."""
+    command = ["git", "rev-parse", "--short=8", "HEAD"]
+    return subprocess.run(command, cwd=Path(__file__).parent, check=True, capture_output=True, text=True).stdout.strip()
+
+
 if __name__ == "__main__":
-    content = read_json(Path(sys.argv[1]) / "paper.json")
+    folder, *told = sys.argv[1:]
+    content = read_json(Path(folder) / "paper.json")
     content.pop("runs")
+    content = {"paper": content.pop("paper"), "commit": told[0] if told else head()} | content
     text = json.dumps(rounded(content), ensure_ascii=False, separators=(",", ":")).replace('{"number"', '\n{"number"')
     (Path(__file__).parent / f"{content['paper']['name']}.json").write_text(text + "\n", encoding="utf-8")

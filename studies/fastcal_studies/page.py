@@ -24,7 +24,7 @@ _ROLES = {
     **{str(k): look for k, look in enumerate(zip(_COLOURS, _DASHES, strict=True))},
 }
 _BAR_OPACITY = 0.75
-_NO_BREAK = "\N{NO-BREAK SPACE}"  # a range stays on one line; before it a narrow column breaks
+_NO_BREAK = "\N{NO-BREAK SPACE}"  # a range and a unit stay on one line; before it a narrow column breaks
 
 
 def paper_page(content: Mapping[str, Any]) -> str:
@@ -108,7 +108,8 @@ def _part(exhibit: Mapping[str, Any]) -> dict[str, Any]:
     """An exhibit as the template takes it."""
     place = re.sub(r"\W+", "-", f"{exhibit['number']}-{exhibit.get('title', '')}").strip("-").lower()[:60]
     if exhibit["kind"] == "absent":
-        return {"kind": "absent", "number": exhibit["number"], "text": exhibit["why"]}
+        verb = "are" if re.match(r"(Figures|Tables)\b", exhibit["number"]) else "is"
+        return {"kind": "absent", "number": exhibit["number"], "verb": verb, "text": exhibit["why"]}
     if exhibit["kind"] == "table":
         drawn = {"kind": "table", "id": f"table-{place}", "table": _table(exhibit), "note": exhibit["note"]}
         return drawn | {"number": exhibit["number"], "title": exhibit["title"]}
@@ -128,7 +129,7 @@ def _cell(value: Any) -> Cell:
     if value is None:
         return Cell(MISSING)
     if isinstance(value, str):
-        return Cell(value)
+        return Cell(value.replace("N m", f"N{_NO_BREAK}m"))
     if isinstance(value, Mapping):
         if not is_known(value["median"]):
             return Cell(MISSING)

@@ -29,7 +29,7 @@ from fastcal_studies.exhibits import DEG, MM, lengths_mm
 from fastcal_studies.learning import HAS_TORCH
 from fastcal_studies.pmc6va030_page import WORLD_LINES
 from fastcal_studies.pmc6va030_page import page as page
-from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, in_world, left, measure, row_numbers
+from fastcal_studies.simulated import WORLDS, FloatArray, Unmodelled, at_one_place, in_world, left, measure, row_numbers
 from fastcal_studies.study import Paper, Run
 
 # Table 4, its first two columns under each other's heading.
@@ -209,12 +209,13 @@ def with_slack(nominal: Robot, data: Dataset) -> tuple[Robot, CalibrationResult]
     Raises:
         InvalidInput: It finds none.
     """
-    yielding = calibrate(nominal, data, effects=YIELDING).model
+    still = at_one_place(data)
+    yielding = calibrate(nominal, still, effects=YIELDING).model
     problem = prepared_problem(yielding, data, [], Noise((NOISE, NOISE, NOISE)), 1)
     found = scans.scan(Search(problem).start, among={JUMP})
     if not found:
         raise InvalidInput("no joint jumps where another one passes a position")
-    return yielding, calibrate(nominal, data, effects=f"{YIELDING},{JUMP}@{found[0].owner}")
+    return yielding, calibrate(nominal, still, effects=f"{YIELDING},{JUMP}@{found[0].owner}")
 
 
 def _found(result: CalibrationResult) -> dict[str, dict[str, float | None]]:

@@ -281,7 +281,7 @@ def _networks(runs: Sequence[Run]) -> Section:
     ]  # fmt: skip
     return Section(
         "Networks",
-        f"GA10 is trained, {spread(runs, 'rows', 'GA10').low:.0f} rows or more (paper: 1,680); the paper's networks "
+        f"GA10 is trained, {spread(runs, 'rows', 'GA10').low:,.0f} rows or more (paper: 1,680); the paper's networks "
         "have its sizes and no decay, as it describes them.",
         exhibits,
     )

@@ -107,6 +107,12 @@ def measure(true: Robot, sent: Dataset, outside: Unmodelled, noise: float, seed:
     return replace(seen, q=sent.q)
 
 
+def at_one_place(data: Dataset) -> Dataset:
+    """The rows labelled as what they are, one set-up of tracker and target: no fit has to look for a move of them."""
+    still = np.zeros(len(data), dtype=np.intp)
+    return replace(data, station=still, station_names=("tracker",), mount=still, mount_names=("target",))
+
+
 def left(model: Robot, data: Dataset) -> FloatArray:
     """(N, 3) measured less predicted point [m], in the axes of the model's base: what a network has to give."""
     return -evaluate(model, data).error_after @ pose(model.spec["base"])[:3, :3]

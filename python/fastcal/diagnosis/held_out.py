@@ -230,7 +230,7 @@ class HeldOut:
             return float(np.sqrt(squares / len(np.unique(row[own]))))
         more = squares - self._squares_of(self._judged[1][measured], own, size)
         corners = fitted[rows][np.isfinite(fitted[rows])]
-        return float(np.sqrt(max(corners @ corners + more, 0.0) / len(corners)))
+        return float(np.sqrt(max(float(corners @ corners) + more, 0.0) / len(corners)))
 
     def _squares_of(self, errors: FloatArray, own: BoolArray, size: FloatArray) -> float:
         """Sum of squares of numbers `own` of whitened errors (m',), times their deviations `size`: as measured."""

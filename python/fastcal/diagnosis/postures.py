@@ -100,7 +100,7 @@ class Postures:
     @cached_property
     def _roots(self) -> list[FloatArray]:
         k = self.repeatability
-        return [np.linalg.cholesky(np.eye(len(of.G)) + k**2 * of.G @ of.G.T) for of in self.rows]
+        return [np.asarray(np.linalg.cholesky(np.eye(len(of.G)) + k**2 * of.G @ of.G.T)) for of in self.rows]
 
     @cached_property
     def _whitening(self) -> list[FloatArray]:

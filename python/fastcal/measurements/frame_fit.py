@@ -38,12 +38,16 @@ def point_bounds(T: FloatArray, position: FloatArray) -> FloatArray:
 
     Args:
         T: (S, N, 4, 4) poses by each reading.
-        position: (N, 3) points, in any unit and any frame, left-handed too.
+        position: (N, 3) points, in any unit and any frame, left-handed too; or (S, N, 3), where the readings are of
+            these.
     """
     S, N = T.shape[:2]
-    U, s, _ = np.linalg.svd(np.column_stack([position - position.mean(axis=0), np.full(N, np.ptp(position))]))
-    beyond = U[:, np.count_nonzero(s > 1e-9 * s[0]) :]  # what no G and no c explain
-    left = np.tensordot(T[:, :, :3, :].reshape(S, N, 12), beyond, (1, 0)).reshape(S, 3, 4, -1)
+    size = np.broadcast_to(np.ptp(position, axis=(-2, -1))[..., np.newaxis, np.newaxis], (*position.shape[:-1], 1))
+    columns = np.concatenate([position - position.mean(axis=-2, keepdims=True), size], axis=-1)
+    U, s, _ = np.linalg.svd(columns)
+    rank = np.count_nonzero(s > 1e-9 * s[..., :1], axis=-1)
+    beyond = U * (np.arange(N) >= rank[..., np.newaxis])[..., np.newaxis, :]  # what no G and no c explain
+    left = (T[:, :, :3, :].reshape(S, N, 12).swapaxes(1, 2) @ beyond).reshape(S, 3, 4, -1)
     t, X = left[:, :, 3], left[:, :, :3]
     A = np.einsum("saim,sajm->sij", X, X, optimize=True)
     b = np.einsum("saim,sam->si", X, t, optimize=True)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fastcal.arrays import FloatArray, IntArray
 from fastcal.measurements.frame_fit import Frames
-from fastcal.measurements.rotations import best_motion
+from fastcal.measurements.rotations import best_motion, nearest_rotation
 
 _RUN = 6  # rows that show a part: three place it
 _FEWEST = 4  # rows of a part between two moves
@@ -84,16 +84,11 @@ def _part(
     T: FloatArray, position: FloatArray, frames: Frames, near: float
 ) -> tuple[NDArray[np.bool_], FloatArray] | None:
     """The rows that go with base and tool once one of the two is elsewhere, and all rows' distances then."""
-    best: tuple[float, IntArray] | None = None
-    for first in range(0, len(T) - _RUN + 1, _RUN // 2):
-        rows = np.arange(first, first + _RUN)
-        for distances in _elsewhere(T, position, frames, rows):
-            rms = float(np.sqrt(np.mean(distances[rows] ** 2)))
-            if rms <= near and (best is None or rms < best[0]):
-                best = rms, rows
-    if best is None:
+    runs = np.arange(0, len(T) - _RUN + 1, _RUN // 2)[:, np.newaxis] + np.arange(_RUN)
+    left = _left_by_runs(T, position, frames, runs)
+    if not left.min(initial=np.inf) <= near:
         return None
-    rows = best[1]
+    rows = runs[np.argmin(left)]
     for _ in range(_ROUNDS):
         distances = min(_elsewhere(T, position, frames, rows), key=lambda d: float(np.mean(d[rows] ** 2)))
         agree = distances <= near
@@ -103,6 +98,18 @@ def _part(
         if len(rows) < _FEWEST:
             return None
     return agree, distances
+
+
+def _left_by_runs(T: FloatArray, position: FloatArray, frames: Frames, runs: IntArray) -> FloatArray:
+    """(W,) root mean square distances in runs of rows (W, R) with the base, or the tool, that each fits best itself."""
+    hand, own = (T[:, :3, 3] + T[:, :3, :3] @ frames.tool)[runs], position[runs]
+    hand, own = (part - part.mean(axis=1, keepdims=True) for part in (hand, own))
+    turned = hand @ nearest_rotation(own.swapaxes(1, 2) @ hand).swapaxes(1, 2) - own
+    seen = (position - frames.b) @ frames.A - T[:, :3, 3]  # from the flange, in the arm's base
+    tool = np.einsum("nji,nj->ni", T[:, :3, :3], seen)[runs].mean(axis=1)
+    held = np.einsum("wrij,wj->wri", T[runs, :3, :3], tool) - seen[runs]
+    squares = [np.mean(np.sum(left**2, axis=2), axis=1) for left in (turned, held)]
+    return np.asarray(np.sqrt(np.minimum(*squares)))
 
 
 def _elsewhere(T: FloatArray, position: FloatArray, frames: Frames, rows: IntArray) -> list[FloatArray]:

@@ -122,9 +122,10 @@ def _block(poses: Poses, q: FloatArray, position: FloatArray, T: FloatArray, rea
     """Base and tool of the run of rows that agree best, as read or some rows late."""
     best = (_CLEAR, 0, 0)
     for late in range(-_LATE, _LATE + 1):
-        for first in range(max(0, -late), len(q) - _RUN - max(0, late) + 1, _RUN // 2):
-            run = position[first + late : first + late + _RUN]
-            best = min(best, (float(point_bounds(T[np.newaxis, first : first + _RUN], run)[0]), first, late))
+        firsts = np.arange(max(0, -late), len(q) - _RUN - max(0, late) + 1, _RUN // 2)
+        runs = firsts[:, np.newaxis] + np.arange(_RUN)
+        bounds = point_bounds(T[runs], position[runs + late])
+        best = min([best, *zip(bounds.tolist(), firsts.tolist(), [late] * len(firsts), strict=True)])
     bound, first, late = best
     if bound >= _CLEAR:
         return None

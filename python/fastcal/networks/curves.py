@@ -68,7 +68,10 @@ class Ridge:
     def factor(self, gram: FloatArray, ridge: float) -> Any:
         """For `linalg.cho_solve`."""
         least = 1e-13 * np.trace(gram)  # below it, rounding decides
-        return linalg.cho_factor(gram + max(ridge, least) * np.eye(len(gram)), overwrite_a=True)
+        held = gram.copy()
+        held[np.diag_indices_from(held)] += max(ridge, least)
+        # A symmetric matrix is its transpose, which is in LAPACK's order and needs no copy.
+        return linalg.cho_factor(held.T, overwrite_a=True, check_finite=False)
 
 
 def choose(problem: Problem, phases: Phases, wanted: FloatArray) -> tuple[int, float]:

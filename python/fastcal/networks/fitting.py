@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +19,7 @@ from fastcal.networks.optimizers import Optimizer
 
 Progress = Callable[[str], None]
 Watch = Callable[[int, torch.Tensor], None]
+BySlope = Callable[[torch.Tensor], torch.Tensor]  # dL/derror (P, B, k) of errors (P, B, k)
 
 
 class Model(Protocol):
@@ -25,6 +27,9 @@ class Model(Protocol):
 
     def error(self, theta: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
         """(P, B, k) predicted less wanted for rows (P, B), in units of the residuals' size."""
+
+    def at(self, theta: torch.Tensor) -> Callable[[torch.Tensor, BySlope], torch.Tensor]:
+        """dL/dtheta (P, size) by rows (P, B), as theta changes in place: of L whose slope by errors is given."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,22 @@ def loss(error: torch.Tensor, huber: float) -> torch.Tensor:
         near = torch.clamp(size, max=huber)
         half = near * (size - near / 2)
     return half.sum(dim=2).mean(dim=1)
+
+
+def taken(values: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
+    """(P, B, ...) of values (N, ...) at each member's rows (P, B): values[rows], copied a row at a time."""
+    return torch.nn.functional.embedding(rows, values.view(len(values), -1)).view(*rows.shape, *values.shape[1:])
+
+
+def taken_own(values: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
+    """(P, B, k) of each member's own values (P, N, k) at its rows (P, B)."""
+    firsts = values.shape[1] * torch.arange(len(values), device=values.device)[:, None]
+    return taken(values.view(-1, values.shape[2]), rows + firsts)
+
+
+def slope(error: torch.Tensor, huber: float) -> torch.Tensor:
+    """(P, B, k) slope of each member's loss by its errors."""
+    return (torch.clamp(error, -huber, huber) if huber > 0 else error) * (1 / error.shape[1])
 
 
 def fit(
@@ -106,6 +127,8 @@ def fit(
     steps = math.ceil(longest / batch)
     judged = _padded(rows if validation is None else validation, device)
 
+    by_theta, by_error = model.at(theta), partial(slope, huber=schedule.huber)
+    decaying = any(decays)
     best, best_loss = theta.clone(), torch.full((count,), math.inf, device=device)
     waited = torch.zeros(count, device=device)
     for epoch in range(schedule.epochs):
@@ -114,13 +137,11 @@ def fit(
             np.array([_order(own, longest, r) for own, r in zip(rows, randoms, strict=True)]), device=device
         )
         for k in range(steps):
-            theta.requires_grad_(True)
-            total = loss(model.error(theta, order[:, k * batch : (k + 1) * batch]), schedule.huber).sum()
-            (gradient,) = torch.autograd.grad(total, theta)
-            theta = theta.detach()
-            if any(decays):
-                theta *= 1 - share * shrink
-            optimizer.step(theta, torch.nan_to_num(gradient), share)
+            with torch.no_grad():
+                gradient = by_theta(order[:, k * batch : (k + 1) * batch], by_error)
+                if decaying:
+                    theta *= 1 - share * shrink
+                optimizer.step(theta, gradient.nan_to_num_(), share)
         if validation is not None and ((epoch + 1) % schedule.check == 0 or epoch + 1 == schedule.epochs):
             now = _judged(model, theta, judged, schedule.huber)
             better = (now < best_loss) & (waited < max(schedule.patience, 1))

@@ -5,13 +5,14 @@
     dW = h^T dz,   db = sum over rows of dz,   dh = dz W^T.
 
 Automatic differentiation gives the same numbers; written out, nothing is computed for an activation or a layer that a
-network does not have, which is what makes many cost less than as many alone.
+network does not have, which is what makes many cost less than as many alone. Where a layer's numbers lie is looked up
+once, for steps of small networks cost more in calls than in sums.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import torch
 
@@ -58,6 +59,22 @@ class Hidden:
         return Hidden(count, ((self.runs[0][0], 0, count),), self.mask)
 
 
+class Numbers:
+    """The layers' parts of theta (P, size), or of a gradient by it: views, which follow what changes in place.
+
+    Attributes:
+        weights, biases: (count, in, out) and (count, 1, out) of each layer, the output's last.
+        slopes: (count, 1, 1) of each hidden layer's prelu.
+    """
+
+    def __init__(self, theta: torch.Tensor, places: list[Place], layers: list[Hidden]) -> None:
+        counts = [*(layer.count for layer in layers), len(theta)]
+        self.weights = [place.weights(theta[:count]) for place, count in zip(places, counts, strict=True)]
+        self.biases = [place.biases(theta[:count]) for place, count in zip(places, counts, strict=True)]
+        slopes = theta[:, places[-1].stop :]
+        self.slopes = [slopes[: layer.count, k, None, None] for k, layer in enumerate(layers)]
+
+
 class Kept(NamedTuple):
     """What a layer read, and of a hidden one its output and the negative parts that prelu met."""
 
@@ -66,69 +83,67 @@ class Kept(NamedTuple):
     negative: torch.Tensor | None = None
 
 
-def forward(
-    theta: torch.Tensor, x: torch.Tensor, places: list[Place], layers: list[Hidden]
-) -> tuple[torch.Tensor, list[Kept]]:
+def forward(theta: Numbers, x: torch.Tensor, layers: list[Hidden]) -> tuple[torch.Tensor, list[Kept]]:
     """(P, B, outputs), and what each layer keeps for the way back; the last one a list of what each depth gives it."""
-    slopes = theta[:, places[-1].stop :]
     h, kept, last = x, [], []
-    for k, layer in enumerate(layers):
+    widest = theta.weights[-1].shape[1]
+    for W, b, slope, layer in zip(theta.weights, theta.biases, theta.slopes, layers, strict=False):
         if layer.count < len(h):
-            last.append(_as_wide(h[layer.count :], places[-1].fan_in))
+            last.append(_as_wide(h[layer.count :], widest))
             h = h[: layer.count]
-        own = theta[: layer.count]
-        a = torch.baddbmm(places[k].biases(own), h, places[k].weights(own))
-        negative = _activate(a, layer, slopes[:, k, None, None])
+        a = torch.baddbmm(b, h, W)
+        negative = _activate(a, layer, slope)
         if layer.mask is not None:
             a *= layer.mask
         kept.append(Kept(h, a, negative))
         h = a
-    h = torch.cat([_as_wide(h, places[-1].fan_in), *reversed(last)])
-    return torch.baddbmm(places[-1].biases(theta), h, places[-1].weights(theta)), [*kept, Kept(h)]
+    h = _as_wide(h, widest)
+    if last:
+        h = torch.cat([h, *reversed(last)])
+    return torch.baddbmm(theta.biases[-1], h, theta.weights[-1]), [*kept, Kept(h)]
 
 
 def _activate(z: torch.Tensor, layer: Hidden, slope: torch.Tensor) -> torch.Tensor | None:
     """f(z) in place; min(z, 0) where a network has prelu."""
     negative = None
     for name, first, last in layer.runs:
-        part = z[first:last]
+        part = _rows(z, first, last)
         if name == "tanh":
-            part.mul_(2).sigmoid_().mul_(2).sub_(1)  # a quarter of the time of torch.tanh
+            part.add_(part).sigmoid_()  # 2 sigmoid(2 z) - 1: a quarter of the time of torch.tanh
+            part.add_(part).sub_(1)
         elif name == "relu":
             part.relu_()
         elif name == "sigmoid":
             part.sigmoid_()
         else:
-            negative = torch.zeros_like(z) if negative is None else negative
-            torch.clamp(part, max=0, out=negative[first:last])
-            part.addcmul_(slope[first:last] - 1, negative[first:last])
+            negative = torch.empty_like(z) if negative is None else negative  # read where a network has prelu
+            below = _rows(negative, first, last)
+            torch.clamp(part, max=0, out=below)
+            part.addcmul_(_rows(slope, first, last) - 1, below)
     return negative
 
 
-def backward(
-    d: torch.Tensor,
-    theta: torch.Tensor,
-    places: list[Place],
-    layers: list[Hidden],
-    kept: list[Kept],
-) -> torch.Tensor:
-    """(P, size) dL/dtheta for d = dL/doutput (P, B, outputs)."""
-    slopes = theta[:, places[-1].stop :]
-    found = torch.zeros_like(theta)
-    _give(found, places[-1], kept[-1].h, d)
-    above = torch.bmm(d, places[-1].weights(theta).transpose(1, 2))  # dL/da of each network's last layer
-    d = _as_wide(above[:0], places[-2].fan_out)
+def _rows(z: torch.Tensor, first: int, last: int) -> torch.Tensor:
+    """z[first:last], for nothing where that is all."""
+    return z if last - first == len(z) else z[first:last]
+
+
+def backward(d: torch.Tensor, theta: Numbers, gradient: Numbers, layers: list[Hidden], kept: list[Kept]) -> None:
+    """Writes dL/dtheta for d = dL/doutput (P, B, outputs); what no network has is left as it is."""
+    _give(gradient, -1, kept[-1].h, d)
+    above = torch.bmm(d, theta.weights[-1].transpose(1, 2))  # dL/da of each network's last layer
+    d = above[:0]
     for k in reversed(range(len(layers))):
         layer, (h, a, negative) = layers[k], kept[k]
         if layer.count > len(d):
-            d = torch.cat([d, _as_wide(above[len(d) : layer.count], places[k].fan_out)])
+            ends = _as_wide(above[len(d) : layer.count], theta.weights[k].shape[2])
+            d = torch.cat([d, ends]) if len(d) else ends
         if layer.mask is not None:
             d *= layer.mask
-        found[: layer.count, places[-1].stop + k] = _through(d, a, negative, layer, slopes[:, k, None, None])
-        _give(found[: layer.count], places[k], h, d)
+        _through(d, a, negative, layer, theta.slopes[k], gradient.slopes[k])
+        _give(gradient, k, h, d)
         if k > 0:
-            d = torch.bmm(d, places[k].weights(theta[: layer.count]).transpose(1, 2))
-    return found
+            d = torch.bmm(d, theta.weights[k].transpose(1, 2))
 
 
 def _as_wide(h: torch.Tensor, width: int) -> torch.Tensor:
@@ -136,20 +151,24 @@ def _as_wide(h: torch.Tensor, width: int) -> torch.Tensor:
     return h if h.shape[2] == width else torch.nn.functional.pad(h, (0, width - h.shape[2]))
 
 
-def _give(found: torch.Tensor, place: Place, h: torch.Tensor, d: torch.Tensor) -> None:
+def _give(gradient: Numbers, k: int, h: torch.Tensor, d: torch.Tensor) -> None:
     """Puts dW and db of a layer where they are in the gradient."""
-    place.weights(found).copy_(torch.bmm(h.transpose(1, 2), d))
-    torch.sum(d, dim=1, keepdim=True, out=place.biases(found))
+    gradient.weights[k].copy_(torch.bmm(h.transpose(1, 2), d))
+    torch.sum(d, dim=1, keepdim=True, out=gradient.biases[k])
 
 
 def _through(
-    d: torch.Tensor, a: torch.Tensor | None, negative: torch.Tensor | None, layer: Hidden, slope: torch.Tensor
-) -> torch.Tensor:
-    """dL/dz in the place of dL/da, and dL/dslope (count,)."""
-    found = torch.zeros_like(slope[: layer.count, 0, 0])
+    d: torch.Tensor,
+    a: torch.Tensor | None,
+    negative: torch.Tensor | None,
+    layer: Hidden,
+    slope: torch.Tensor,
+    by_slope: torch.Tensor,
+) -> None:
+    """dL/dz in the place of dL/da, and dL/dslope (count, 1, 1) where a network has one."""
     assert a is not None  # noqa: S101 - a hidden layer keeps its output
     for name, first, last in layer.runs:
-        own, output = d[first:last], a[first:last]
+        own, output = _rows(d, first, last), _rows(a, first, last)
         if name == "tanh":
             own.addcmul_(own * output, output, value=-1)
         elif name == "relu":
@@ -157,31 +176,6 @@ def _through(
         elif name == "sigmoid":
             own *= output - output * output
         elif negative is not None:
-            below = negative[first:last]
-            found[first:last] = (own * below).sum(dim=(1, 2))
-            own.addcmul_(own * (1 - slope[first:last]), below.sign())
-    return found
-
-
-def outputs(theta: torch.Tensor, x: torch.Tensor, places: list[Place], layers: list[Hidden]) -> torch.Tensor:
-    """(P, B, outputs) of x (P, B, inputs); it can be differentiated once, in theta."""
-    found: torch.Tensor = Passes.apply(theta, x, places, layers)  # type: ignore[no-untyped-call]
-    return found
-
-
-class Passes(torch.autograd.Function):
-    """The two passes as one step of automatic differentiation, in theta alone."""
-
-    @staticmethod
-    def forward(ctx: Any, theta: torch.Tensor, x: torch.Tensor, places: list[Place], layers: list[Hidden]) -> Any:
-        """(P, B, outputs)."""
-        out, kept = forward(theta, x, places, layers)
-        ctx.saved = places, layers, kept
-        ctx.save_for_backward(theta)
-        return out
-
-    @staticmethod
-    def backward(ctx: Any, d: torch.Tensor) -> tuple[torch.Tensor, None, None, None]:
-        """dL/dtheta."""
-        (theta,) = ctx.saved_tensors
-        return backward(d, theta, *ctx.saved), None, None, None
+            below = _rows(negative, first, last)
+            _rows(by_slope, first, last).copy_((own * below).sum(dim=(1, 2), keepdim=True))
+            own.addcmul_(own * (1 - _rows(slope, first, last)), below.sign())

@@ -8,7 +8,7 @@ coordinates; here the arm's own Jacobian maps joint errors to coordinates, and n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from scipy import linalg
 from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.joints import JointNetwork
 from fastcal.networks.curves import CORNER, Ridge, choose, columns, phases_of
-from fastcal.networks.fitting import Schedule, fit
+from fastcal.networks.fitting import BySlope, Schedule, fit, taken, taken_own
 from fastcal.networks.options import Options
 from fastcal.networks.population import Architecture, Population
 from fastcal.networks.problem import Problem
@@ -48,11 +48,25 @@ class JointErrors:
 
     def error(self, theta: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
         """(P, B, k)."""
-        out = self._population(theta, self._features[rows])
-        joints = self._J.shape[2]
-        moved = (self._J[rows] @ out[..., :joints, None]).squeeze(-1)
-        free = out[..., joints:] if self._measured is None else out[..., joints:] * self._measured[rows]
-        return moved + free - self._wanted[torch.arange(len(rows), device=rows.device)[:, None], rows]
+        return self._error(self._population(theta, taken(self._features, rows)), rows, taken(self._J, rows))
+
+    def at(self, theta: torch.Tensor) -> Callable[[torch.Tensor, BySlope], torch.Tensor]:
+        """As `fit` takes its steps; dL/dout = [J^T dL/derror, dL/derror]."""
+        steps = self._population.at(theta)
+
+        def by_theta(rows: torch.Tensor, by_error: BySlope) -> torch.Tensor:
+            J = taken(self._J, rows)
+            d = by_error(self._error(steps.forward(taken(self._features, rows)), rows, J))
+            free = d if self._measured is None else d * taken(self._measured, rows)
+            return steps.backward(torch.cat([(J.transpose(2, 3) @ d[..., None]).squeeze(-1), free], dim=2))
+
+        return by_theta
+
+    def _error(self, out: torch.Tensor, rows: torch.Tensor, J: torch.Tensor) -> torch.Tensor:
+        joints = J.shape[3]
+        moved = (J @ out[..., :joints, None]).squeeze(-1)
+        free = out[..., joints:] if self._measured is None else out[..., joints:] * taken(self._measured, rows)
+        return moved + free - taken_own(self._wanted, rows)
 
 
 def fit_mlp(

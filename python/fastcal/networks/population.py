@@ -18,7 +18,7 @@ import torch
 
 from fastcal.arrays import FloatArray
 from fastcal.correction.dense import DenseNet
-from fastcal.networks.layers import Hidden, Place, outputs
+from fastcal.networks.layers import Hidden, Kept, Numbers, Place, backward, forward
 
 PRELU_START = 0.25
 
@@ -106,15 +106,19 @@ class Population:
         block[: W.shape[0], : W.shape[1]] = W
 
     def __call__(self, theta: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
-        """(P, B, outputs) of x (P, B, inputs), or of x (B, inputs) that all read; differentiable once, in theta.
+        """(P, B, outputs) of x (P, B, inputs), or of x (B, inputs) that all read.
 
         A population of one network takes any number of rows of theta.
         """
         each = x.expand(len(theta), *x.shape) if x.ndim == 2 else x
         layers = self._layers if len(theta) == len(self) else [layer.repeated(len(theta)) for layer in self._layers]
         if self._order is None:
-            return outputs(theta, each, self._places, layers)
-        return outputs(theta[self._order], each[self._order], self._places, layers)[self._back]
+            return forward(Numbers(theta, self._places, layers), each, layers)[0]
+        return forward(Numbers(theta[self._order], self._places, layers), each[self._order], layers)[0][self._back]
+
+    def at(self, theta: torch.Tensor) -> Steps:
+        """Passes there and back at theta (P, size), which follow as it changes in place."""
+        return Steps(theta, self._places, self._layers, self._order, self._back)
 
     def networks(self, theta: torch.Tensor) -> list[DenseNet]:
         """Each network without its padding."""
@@ -133,3 +137,41 @@ class Population:
             fan_in = width
         slopes = (*row[self._slopes : self._slopes + len(member.hidden)].tolist(), 0.0)
         return DenseNet(tuple(weights), tuple(biases), (*member.activations, "linear"), slopes)
+
+
+class Steps:
+    """Passes of a population at numbers that change in place: what `fit` takes its steps by.
+
+    Args:
+        theta: (P, size), as it is at each pass.
+        places, layers: Of the population.
+        order, back: Which network is where among the deepest first, and the way back; None where they are so already.
+    """
+
+    def __init__(
+        self,
+        theta: torch.Tensor,
+        places: list[Place],
+        layers: list[Hidden],
+        order: torch.Tensor | None,
+        back: torch.Tensor | None,
+    ) -> None:
+        self.theta, self._layers, self._order, self._back = theta, layers, order, back
+        self._sorted = theta if order is None else theta[order]
+        self._gradient = torch.zeros_like(theta)
+        self._numbers, self._slopes = (Numbers(each, places, layers) for each in (self._sorted, self._gradient))
+        self._kept: list[Kept] = []
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """(P, B, outputs) of x (P, B, inputs), whose layers are kept for the way back."""
+        if self._order is not None:
+            torch.index_select(self.theta, 0, self._order, out=self._sorted)
+            x = x[self._order]
+        out, self._kept = forward(self._numbers, x, self._layers)
+        return out if self._back is None else out[self._back]
+
+    def backward(self, d: torch.Tensor) -> torch.Tensor:
+        """(P, size) dL/dtheta for d = dL/doutput of the last forward pass; the next one writes over it."""
+        own = d if self._order is None else d[self._order]
+        backward(own, self._numbers, self._slopes, self._layers, self._kept)
+        return self._gradient if self._back is None else self._gradient[self._back]

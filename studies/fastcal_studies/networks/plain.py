@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fastcal.arrays import FloatArray, IndexArray
 from fastcal.correction.experts import AxisNetworks
 from fastcal.correction.inputs import Scaling
-from fastcal.networks.fitting import Schedule, fit
+from fastcal.networks.fitting import BySlope, Schedule, fit, taken, taken_own
 from fastcal.networks.options import Options
 from fastcal.networks.population import Architecture, Population
 from fastcal.networks.problem import Problem
@@ -35,12 +35,24 @@ class Coordinates:
         self.x = torch.tensor(self.scaling(problem.inputs), dtype=torch.float32, device=device)
         self.wanted = _of_axes(problem.wanted, axes, device)
         self._measured = None if problem.measured.all() else _of_axes(problem.measured, axes, device)
-        self._own = torch.arange(len(axes), device=device)[:, None]
 
     def error(self, theta: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
         """(P, B, k)."""
-        error = self.population(theta, torch.nn.functional.embedding(rows, self.x)) - self.wanted[self._own, rows]
-        return error if self._measured is None else error * self._measured[self._own, rows]
+        return self._error(self.population(theta, taken(self.x, rows)), rows)
+
+    def at(self, theta: torch.Tensor) -> Callable[[torch.Tensor, BySlope], torch.Tensor]:
+        """As `fit` takes its steps; dL/dout = dL/derror."""
+        steps = self.population.at(theta)
+
+        def by_theta(rows: torch.Tensor, by_error: BySlope) -> torch.Tensor:
+            d = by_error(self._error(steps.forward(taken(self.x, rows)), rows))
+            return steps.backward(d if self._measured is None else d * taken_own(self._measured, rows))
+
+        return by_theta
+
+    def _error(self, out: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
+        error = out - taken_own(self.wanted, rows)
+        return error if self._measured is None else error * taken_own(self._measured, rows)
 
 
 def _of_axes(values: NDArray[Any], axes: Sequence[Sequence[int]], device: torch.device) -> torch.Tensor:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.frame_fit import point_bounds
 from fastcal.measurements.plausibility import plausible
 from fastcal.robot.given import as_robot
 
@@ -79,3 +80,16 @@ def test_few_rows_elsewhere_are_told_and_set_aside() -> None:
     assert found is not None
     assert "before row 84 " in found.meant
     assert not found.refused
+
+
+@pytest.mark.parametrize("kind", ["in space", "in a plane", "on a line", "at a point"])
+def test_the_bounds_of_many_sets_of_points_are_those_of_each(kind: str) -> None:
+    q = postures(60, 3)
+    T, p = ARM.forward(q), seen(q)
+    p[:, {"in space": 3, "in a plane": 2, "on a line": 1, "at a point": 0}[kind] :] = 0.3
+    p[:10] = seen(q[:10])  # sets of points of other kinds among them
+    runs = np.arange(0, 47, 7)[:, np.newaxis] + np.arange(14)
+    one_by_one = [float(point_bounds(T[run][np.newaxis], p[run])[0]) for run in runs]
+    np.testing.assert_allclose(point_bounds(T[runs], p[runs]), one_by_one, rtol=1e-9, atol=1e-12)
+    if kind == "in space":  # half a millimetre of a spread of a metre
+        assert max(one_by_one) < 2e-3

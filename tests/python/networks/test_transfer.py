@@ -5,6 +5,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ pytest.importorskip("torch")
 from fastcal.networks import TrainingResult, train
 
 ROOT = Path(__file__).parents[3]
+RECORDS = ("bench_transfer.json", "bench_transfer_fresh.json")
 
 
 def of_the_kind(arm: Robot, seed: int, stranger: bool = False) -> Robot:
@@ -148,8 +150,14 @@ def test_what_is_no_prior_is_refused(arm: Robot, prior: Robot, moved: tuple[Robo
         train(seven, rows, prior=prior)
 
 
-def test_the_page_s_table_is_that_of_the_record_and_no_arm_is_worse() -> None:
-    results = json.loads((ROOT / "bench" / "python" / "bench_transfer.json").read_text())["results"]
+def recorded(name: str) -> dict[str, list[dict[str, Any]]]:
+    found: dict[str, list[dict[str, Any]]] = json.loads((ROOT / "bench" / "python" / name).read_text())["results"]
+    return found
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_the_page_s_table_is_that_of_the_record_and_no_arm_is_worse(name: str) -> None:
+    results = recorded(name)
     page = (ROOT / "docs" / "networks.md").read_text(encoding="utf-8")
     for found in results.values():
         assert len(found) == 30
@@ -159,3 +167,11 @@ def test_the_page_s_table_is_that_of_the_record_and_no_arm_is_worse() -> None:
         medians = [f"{np.median([each[key] for each in own]):.3f}" for key in ("model", "nothing", "prior")]
         worst = max(each["prior"] / each["nothing"] for each in own)
         assert f"| {rows} | {' | '.join(medians)} | {worst:.3f} |" in page
+    assert f"seeds {results['strangers'][0]['seed']} to {results['strangers'][-1]['seed']})" in page
+
+
+def test_how_often_a_stranger_helps_is_counted_in_both_records() -> None:
+    strangers = [each for name in RECORDS for each in recorded(name)["strangers"]]
+    helped = sum(each["prior"] < each["nothing"] for each in strangers)
+    page = " ".join((ROOT / "docs" / "networks.md").read_text(encoding="utf-8").split())
+    assert f"({len(strangers)} of {len(strangers)} in both records; in {helped} of them it helped)" in page

@@ -32,13 +32,14 @@ def made_up() -> dict[str, Any]:
                         "Table 1",
                         "of numbers",
                         ("mm", "paper", "here"),
-                        [["mean", None, Spread(1.5, 0.5, 2.1)]],
+                        [["mean", None, Spread(1.5, 0.5, 2.1)], ["compliance (nrad/N m)", None, 3.0]],
                         "a note",
                     ),
                     Chart(
                         "Figure 1", "of lines", "pose", "error (mm)", [Series("before", [1, 2], [3.0, 4.0], "before")]
                     ),
                     Absent("Figure 2", "it is a <photograph>."),
+                    Absent("Figures 3 and 4", "they are bars."),
                 ],
             )
         ],
@@ -64,7 +65,9 @@ def test_the_page_says_where_the_method_falls_behind_and_what_is_not_shown() -> 
     assert "error (mm): 0.300 here, 0.100 in the paper. It is softer." in text
     assert 'class="verdict caution"' in text
     assert "1.50 (0.500\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}2.10)" in text
+    assert "compliance (nrad/N\N{NO-BREAK SPACE}m)" in text
     assert "<strong>Figure 2</strong> is not shown: it is a &lt;photograph&gt;." in text
+    assert "<strong>Figures 3 and 4</strong> are not shown: they are bars." in text
     assert "Simulated data" in text
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import fastcal
 from fastcal_studies.searches import Counted, bee_colony, genetic, particle_swarm
-from fastcal_studies.simulated import WORLDS, Unmodelled, in_world, left, measure, row_numbers
+from fastcal_studies.simulated import WORLDS, Unmodelled, at_one_place, in_world, left, measure, row_numbers
 
 
 def test_waves_have_their_size_and_grow_with_the_load() -> None:
@@ -37,6 +37,15 @@ def test_every_world_moves_the_point_as_far_and_links_only_across_their_joints(w
         only = replace(there, sizes=(0.0, 1e-4, 0.0, 0.0, 0.0, 0.0))
         along = np.einsum("ni,ni->n", only.displacement(robot, sent), robot.joint_jacobian(sent.q)[:, :3, 1])
         assert np.abs(along).max() < 1e-15
+
+
+def test_rows_of_one_place_are_fitted_as_rows_without_a_label() -> None:
+    robot = fastcal.load_robot("siasun_sr210d")
+    sent = fastcal.Dataset.from_arrays(fastcal.random_poses(robot, 60, seed=2))
+    rows = measure(fastcal.perturbed(robot, seed=3), sent, Unmodelled((1e-4,) * 6, 10.0, 0.0, 4), 2e-5, 1)
+    plain, labelled = (fastcal.calibrate(robot, data) for data in (rows, at_one_place(rows)))
+    assert [p.value for p in labelled.parameters] == [p.value for p in plain.parameters]
+    assert labelled.train.after == plain.train.after
 
 
 def test_torques_are_those_of_a_lever() -> None:
