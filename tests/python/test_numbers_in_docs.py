@@ -114,6 +114,20 @@ def test_places_and_arms_of_cells_are_in_the_table_of_coverage_and_within_the_go
         assert f"| {part} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
 
 
+def test_pages_of_3000_points_open_and_turn_as_their_records_say() -> None:
+    text = page("gallery.md")
+    for name in ("bench_page.json", "bench_page_cell.json"):
+        found = record(name)
+        assert found["rows"] == 3000
+        assert found["opens_s"] < 1
+        assert found["frames_per_second"] >= 30
+        assert f"{found['bytes'] / 1e6:.2f} MB" in text
+        assert f"after {found['opens_s']:.1f} s" in text
+        assert f"after {found['drawn_s']:.1f} s" in text
+        assert f"at {found['frames_per_second']:.0f} frames" in text
+        assert f"--seed {found['seed']}`" in text
+
+
 def test_the_way_through_the_studio_takes_what_its_record_says() -> None:
     text, found = page("studio.md"), record("bench_studio.json")
     assert f"one waits {found['all']:.0f} s, {found['diagnose']:.0f} s of which are the diagnosis" in text

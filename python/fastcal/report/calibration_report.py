@@ -149,7 +149,7 @@ def gap_figures(result: CalibrationResult) -> list[Figure]:
     of = judged.main
     if of is None or result.status != "converged" or of.kind.name not in result.noise:
         return []
-    outliers = [] if result.test or result.loss == "none" else result.train.places(result.outliers)
+    outliers = result.train.places([] if result.test or result.loss == "none" else result.outliers)
     kept = of.without(outliers) if len(outliers) else (None, None)
     before, after = of.statistics if None in kept else kept
     if before is None or after is None:
