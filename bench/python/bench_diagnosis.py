@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 from diagnosis_arms import HELD_OUT, Setting, setting
 from diagnosis_page import KINDS, TWIN, Record, rendered
-from diagnosis_sets import Truth, measured, named_truth, of_size, outside_truth, points_of
+from diagnosis_sets import Truth, drawable, measured, named_truth, of_size, outside_truth, points_of, scaled
 from diagnosis_wide import WIDE_KINDS, WideRecord, wide_line, wide_tried
 from diagnosis_wide_page import wide_rendered
 from threadpoolctl import threadpool_limits
@@ -40,6 +40,7 @@ from fastcal.calibration.processes import workers
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.decorrelation import decorrelated
+from fastcal.diagnosis.library import effect_has_moment
 from fastcal.io.atomic import write_text
 
 SNR = (3.0, 60.0)
@@ -95,8 +96,19 @@ def _different(at: Setting, count: int, random: np.random.Generator) -> list[Tru
     while len(out) < count:
         found = _draw(at, float(np.exp(random.uniform(np.log(10.0), np.log(SNR[1])))), random)
         if all((found.effect, found.owner) != (t.effect, t.owner) for t in out):
-            out.append(found)
-    return out
+            out += [found, *_stepped_again(at, found, random)]
+    return out[:count]
+
+
+def _stepped_again(at: Setting, first: Truth, random: np.random.Generator) -> list[Truth]:
+    """Of half of the steps: one more of the same thing, at another moment."""
+    if not effect_has_moment(first.effect) or random.uniform() < 0.5:
+        return []
+    moments = [n for n in drawable(at) if n.key == (first.effect, first.owner) and n.entry != first.entry]
+    if not moments:
+        return []
+    again = scaled(at, moments[int(random.integers(len(moments)))], first.snr, random)
+    return [again] if again is not None else []
 
 
 def compared(number: int, kind: str, at: Setting, truths: Sequence[Truth], said: Diagnosis, seconds: float) -> Record:

@@ -134,13 +134,30 @@ def chromium() -> Iterator[Any]:
         browser.close()
 
 
-@pytest.fixture(scope="session")
-def axe() -> str | None:
+def axe_core() -> str | None:
     """The script of axe-core, which ./setup --test installs; None where it is missing."""
     package = importlib.util.find_spec("axe_playwright_python")
     if package is None or package.origin is None:
         return None
     return (Path(package.origin).parent / "axe.min.js").read_text(encoding="utf-8")
+
+
+def inaccessible(page: Any, axe: str) -> list[tuple[str, str, str]]:
+    """What axe-core finds serious or critical in a page: the rule, the element, what to do about it."""
+    page.evaluate(axe)
+    found = page.evaluate("axe.run({ resultTypes: ['violations'] })")["violations"]
+    return [
+        (each["id"], node["html"], node["failureSummary"])
+        for each in found
+        if each["impact"] in ("serious", "critical")
+        for node in each["nodes"]
+    ]
+
+
+@pytest.fixture(scope="session")
+def axe() -> str | None:
+    """The script of axe-core; None where it is missing."""
+    return axe_core()
 
 
 @pytest.fixture(scope="session")
@@ -153,15 +170,7 @@ def accessible(axe: str | None) -> Callable[[Any], None]:
 
 def assert_accessible(page: Any, axe: str) -> None:
     """Nothing that axe-core finds in the page is serious or critical."""
-    page.evaluate(axe)
-    found = page.evaluate("axe.run({ resultTypes: ['violations'] })")["violations"]
-    serious = [
-        (each["id"], node["html"], node["failureSummary"])
-        for each in found
-        if each["impact"] in ("serious", "critical")
-        for node in each["nodes"]
-    ]
-    assert serious == []
+    assert inaccessible(page, axe) == []
 
 
 class SharedData:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fastcal.cli.compensate_programs import compensate_programs
+from fastcal.cli.compensate_programs import compensate_programs, spread
 from fastcal.cli.console import emit, progress, say, warn
 from fastcal.cli.options import ModelFile, OutFile, Threads
 from fastcal.said import said
@@ -198,7 +198,7 @@ def _corrections(robot: Robot, path: Path, wanted: Targets, found: Compensation,
     rows = np.flatnonzero(found.reached & np.isfinite(found.nominal_q).all(axis=1))
     shift, error = shifts(robot, found, wanted, rows, nominal)
     joints = found.q[rows] - found.nominal_q[rows]
-    write_corrections(path, robot, {"row": rows.tolist()}, shift, joints, error)
+    write_corrections(path, robot, {"row": rows.tolist()}, shift, joints, error, found.sigma[rows])
 
 
 def _figures(found: Compensation) -> dict[str, Any]:
@@ -226,11 +226,6 @@ def _say(found: Compensation) -> None:
     if found.reached.any():
         left = from_si(float(np.max(found.position_error[found.reached])), "mm")
         turn = from_si(float(np.max(found.rotation_error[found.reached])), "deg")
-        sigma = found.sigma[found.reached]
-        known = np.isfinite(sigma).all()
-        spread = ""
-        if known:
-            sigma_mm = float(from_si(float(sigma.max()), "mm"))
-            spread = _("; its standard deviation {sigma:.3g} mm per coordinate", sigma=sigma_mm)
         sizes = {"left": float(left), "turn": float(turn)}
-        say(_("predicted error of the reached ones: at most {left:.3g} mm and {turn:.3g} deg", **sizes) + spread)
+        text = _("predicted error of the reached ones: at most {left:.3g} mm and {turn:.3g} deg", **sizes)
+        say(text + spread(found.sigma[found.reached]))

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from fastcal.cli.console import LEFT, emit, progress, say, warn
 from fastcal.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from fastcal.arrays import FloatArray
     from fastcal.compensation import CompensatedProgram
     from fastcal.programs import Cell, Program
     from fastcal.robot.robot import Robot
@@ -114,9 +116,9 @@ def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
         "target": [target.name for _, target in targets],
         "kind": [str(target.kind) for _, target in targets],
     }
-    shift, error = (np.concatenate([getattr(found, key) for _, found in rows]) for key in ("shift", "error"))
+    shift, error, sigma = (np.concatenate([getattr(f, key) for _, f in rows]) for key in ("shift", "error", "sigma"))
     joints = np.concatenate([found.q - found.nominal_q for _, found in rows])
-    write_corrections(path, robot, labels, shift, joints, error)
+    write_corrections(path, robot, labels, shift, joints, error, sigma)
 
 
 def _say(done: Done, *, inverse: bool) -> None:
@@ -141,7 +143,17 @@ def _say(done: Done, *, inverse: bool) -> None:
             say(_("error that the compensation had removed: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes))
         else:
             say(_("{head}: {targets} changed, {moves} and all else kept", head=head, **counted))
-            say(_("error that this removes: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes))
+            say(_("error that this removes: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes) + spread(found.sigma))
+
+
+def spread(sigma: FloatArray) -> str:
+    """The end of a sentence about targets: the largest of their deviations (N,) [m]; "" where one is not known."""
+    from fastcal.report.language import _
+    from fastcal.units import from_si
+
+    if not len(sigma) or any(map(math.isnan, sigma)):
+        return ""
+    return _("; its standard deviation {sigma:.3g} mm per coordinate", sigma=float(from_si(float(sigma.max()), "mm")))
 
 
 def _emit(done: Done, written: list[Path]) -> None:
@@ -150,12 +162,14 @@ def _emit(done: Done, written: list[Path]) -> None:
     from fastcal.units import from_si
 
     error = np.concatenate([np.zeros(0), *(found.error for _file, _program, found in done if found is not None)])
+    sigma = np.concatenate([np.zeros(0), *(found.sigma for _file, _program, found in done if found is not None)])
     emit(
         {
             "programs": len(done),
             "targets": len(error),
             "mean_error_mm": from_si(float(error.mean()), "mm") if len(error) else None,
             "largest_error_mm": from_si(float(error.max()), "mm") if len(error) else None,
+            "largest_sigma_mm": from_si(float(sigma.max()), "mm") if np.isfinite(sigma).all() and len(sigma) else None,
             "left": [sentence for _file, _program, found in done if found is not None for sentence in found.left],
             "files": list(map(str, written)),
         }

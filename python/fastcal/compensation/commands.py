@@ -139,7 +139,7 @@ def compensate(
     bad = found.status == "bad_target"
     sigma = np.full(len(targets), np.nan)
     if (good := np.flatnonzero(~bad)).size:
-        sigma[good] = _deviation(model, found.q[good], targets.conditions_of(good))
+        sigma[good] = deviation(model, found.q[good], targets.conditions_of(good))
     notes = [*told, *_sentences(found), *notes_on_ranges(model, found.q[good], targets.conditions_of(good))]
     weight = None
     if model.correction is not None:
@@ -283,12 +283,12 @@ def _stepped(
     return replace(found, q=q, status=status, position_error=position, rotation_error=rotation)
 
 
-def _deviation(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> FloatArray:
-    """(N,) root mean square of the deviations of the three coordinates, as `predict` has them."""
-    deviation = model.position_deviation(q, **conditions)
+def deviation(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> FloatArray:
+    """(N,) root mean square of the deviations of the three coordinates, as `predict` has them; NaN where not known."""
+    of_each = model.position_deviation(q, **conditions)
     if model.correction is not None:
-        deviation = np.hypot(np.nan_to_num(deviation), model.correct(q, conditions.get("payload")).sigma)
-    return np.asarray(np.sqrt(np.mean(deviation**2, axis=1)))
+        of_each = np.hypot(np.nan_to_num(of_each), model.correct(q, conditions.get("payload")).sigma)
+    return np.asarray(np.sqrt(np.mean(of_each**2, axis=1)))
 
 
 def notes_on_ranges(model: Robot, q: FloatArray, conditions: dict[str, Any]) -> list[str]:

@@ -20,7 +20,7 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
-from fastcal.compensation.commands import METHODS, notes_on_ranges
+from fastcal.compensation.commands import METHODS, deviation, notes_on_ranges
 from fastcal.compensation.configurations import Configurations, at_axes
 from fastcal.compensation.motion import at_rest
 from fastcal.compensation.one_step import one_step
@@ -60,6 +60,8 @@ class CompensatedProgram:
         shift: (N, 6) by how much each target's own tool is sent elsewhere: m along, and a rotation vector in rad about,
             the axes of the robot's base.
         error: (N,) distance [m] by which the tool would miss each nominal target without compensation.
+        sigma: (N,) deviation [m] of a coordinate of the model's own point there, the root mean square of the
+            three; NaN where the model does not know it.
         left: Targets and moves that are left as they are because they were not understood, a sentence each.
         assumed: What the program does not say and is taken for granted, a sentence each.
         notes: What else to know, a sentence each.
@@ -71,6 +73,7 @@ class CompensatedProgram:
     q: FloatArray
     shift: FloatArray
     error: FloatArray
+    sigma: FloatArray
     left: tuple[str, ...]
     assumed: tuple[str, ...]
     notes: tuple[str, ...]
@@ -148,7 +151,7 @@ def compensate_program(
     says = None if inverse else stamp.text(model.sha256, serial, _core.__version__)
     return CompensatedProgram(
         stamp.stamped(program.rewritten(changes), program.language.name, says),
-        *(program.targets, q_given, np.asarray(q), shift, error),
+        *(program.targets, q_given, np.asarray(q), shift, error, deviation(robot, q, conditions)),
         tuple(dict.fromkeys(left)),
         assumed,
         tuple(dict.fromkeys(notes)),

@@ -144,7 +144,7 @@ def gap_step(added: str | None, found: AdaptedModel, held_out: float | None, kep
 def held_out_rms(fit: Fit, found: AdaptedModel, kept: BoolArray) -> float | None:
     """RMS error of poses held out of a fit, in the unit of the kind that is spoken of; None where nothing is known."""
     main = found.train.main
-    rms = np.nan if main is None else HeldOut(fit, as_measured=True).rms(kept, main.kind)
+    rms = np.nan if main is None else HeldOut(fit, as_measured=True).rms(kept, main.kind, main.after)
     return None if main is None or np.isnan(rms) else float(main.kind.shown(rms))
 
 

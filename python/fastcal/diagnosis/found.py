@@ -28,6 +28,7 @@ from fastcal.diagnosis.noise import (
     row_run_notes,
     sharing_no_posture,
     with_estimated_noise,
+    with_joints_of_pictures,
 )
 from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.periodic import fine_looks, is_periodic
@@ -122,7 +123,8 @@ class Found:
         names = [best.names[k] for k in order if best.names[k] in self.model.state.names]
         judge = adaptation.Judge(self.data, self.test, self.threads)
         written = [of_corners(at) for at in self._written(names)]
-        steps = each(lambda at: judge.adapted(at, self.level.sigma), written)
+        level = with_joints_of_pictures(replace(self.level, noise=search.problem.noise), written[-1])
+        steps = each(lambda at: judge.adapted(at, level.sigma), written)
         profiles = self.model.profiles
         remaining = self._remaining(steps[0], outliers)
         kept = self.data.measured.copy()
@@ -154,9 +156,9 @@ class Found:
             unexplained=remaining,
             untestable=sensitivity.untestable(search, self.offered),
             outliers=outliers,
-            noise=noise_by_kind(self.search.problem, self.level.sigma, self.level.source),
-            sigma_source=self.level.source,
-            sigma_note=with_memory_named(self.level.note, search.problem.noise),
+            noise=noise_by_kind(self.search.problem, level.sigma, level.source),
+            sigma_source=level.source,
+            sigma_note=with_memory_named(level.note, level.noise),
             gap=gap,
             ranking=sensitivity.ranking(search, best),
             smallest=sensitivity.smallest(best),

@@ -151,7 +151,7 @@ class HeldOut:
         used = (at.problem.used if fitted is None else fitted)[every.rows]
         # Fold by fold, in each what is fitted first, the priors last: parts of A are then parts of memory.
         place = np.where(row < 0, 2 * rules.FOLDS, 2 * fold[row] + ~used[row])
-        order = np.argsort(place, kind="stable")
+        self._order = order = np.argsort(place, kind="stable")
         ends = np.searchsorted(place[order], np.arange(2 * rules.FOLDS + 1))
         self._A = A[order]
         self._A /= np.where(length > 0, length, 1.0)
@@ -207,8 +207,15 @@ class HeldOut:
 
         return np.concatenate(each(of_fold, range(rules.FOLDS)))
 
-    def rms(self, rows: BoolArray, kind: Kind) -> float:
-        """RMS of the error of held-out readings of a kind, SI, over rows (N,); NaN where none of them has any."""
+    def rms(self, rows: BoolArray, kind: Kind, fitted: FloatArray) -> float:
+        """RMS of the error of held-out readings of a kind, SI, over rows (N,); NaN where none of them has any.
+
+        Args:
+            rows: (N,) of the data.
+            kind: Of the readings.
+            fitted: (N, k) errors of its readings that the fit leaves, SI. Corners of a picture, many readings for six
+                numbers, err by as much more as these do.
+        """
         of = observation_of(self._problem, kind)
         measured = slice(0, self._priors.start)
         row = self._rows[self._row[measured]]
@@ -216,12 +223,23 @@ class HeldOut:
         size = self._problem.noise.factor * sigmas(self._problem, row[own], self._number[measured][own], of)
         if self._problem.weight is not None:
             size /= np.sqrt(self._problem.weight[row[own]])
-        squares = float(np.sum((self._errors()[own] * size) ** 2))
         if not own.any():
             return float("nan")
-        # Of a picture, that of a corner: two numbers of those that stand for all.
-        readings = own.sum() / 2 if of.reading_count > 1 else len(np.unique(row[own]))
-        return float(np.sqrt(squares / readings))
+        squares = self._squares_of(self._errors(), own, size)
+        if of.reading_count == 1:
+            return float(np.sqrt(squares / len(np.unique(row[own]))))
+        more = squares - self._squares_of(self._judged[1][measured], own, size)
+        corners = fitted[rows][np.isfinite(fitted[rows])]
+        return float(np.sqrt(max(float(corners @ corners) + more, 0.0) / len(corners)))
+
+    def _squares_of(self, errors: FloatArray, own: BoolArray, size: FloatArray) -> float:
+        """Sum of squares of numbers `own` of whitened errors (m',), times their deviations `size`: as measured."""
+        if self._problem.pictures is not None:
+            order = self._order[: len(errors)]
+            e = np.empty_like(errors)
+            e[order] = errors
+            errors = self._problem.pictures.as_seen(e)[order]
+        return float(np.sum((errors[own] * size) ** 2))
 
     def _left_without(self, own: Sequence[int], A: FloatArray | None = None, r: FloatArray | None = None) -> FloatArray:
         """(m,) what the fit leaves where these columns are left out; of A and r, as it was fitted or is judged."""

@@ -25,6 +25,7 @@ from fastcal.effects.entries import (
     effect_names,
     effect_owners,
     identity,
+    identity_at_any_moment,
     label,
     position_option,
     traits_of,
@@ -69,10 +70,13 @@ class Hypothesis:
     Attributes:
         entry: {effect, owner, options}.
         variant: Tells apart entries of one effect and owner (orders, corners, moments); "" where there is but one.
+        has_its_moment: Is it a step at its own moment alone, beside others of its effect and owner? Else the moment is
+            searched for, and whatever the moment, the cause is one.
     """
 
     entry: Spec
     variant: str = ""
+    has_its_moment: bool = False
 
     @property
     def effect(self) -> str:
@@ -96,13 +100,14 @@ class Hypothesis:
 
     @cached_property
     def cause(self) -> tuple[Any, ...]:
-        """Equal for two names of one cause: waves of two orders are two, steps at two moments are one."""
-        return identity(self.entry)
+        """Equal for two names of one cause: waves of two orders are two, steps at two moments mostly one."""
+        return identity(self.entry) if self.has_its_moment else identity_at_any_moment(self.entry)
 
     @property
     def is_start(self) -> bool:
         """Is it one of several starts of a search, of a corner or a moment, for the same cause?"""
-        return bool(self.variant) and self.cause == identity({"effect": self.effect, "owner": self.owner})
+        bare = {"effect": self.effect, "owner": self.owner}
+        return bool(self.variant) and self.cause == identity_at_any_moment(bare)
 
     @property
     def bare(self) -> Spec:
@@ -166,7 +171,7 @@ def is_excluded(effect: str, owner: str, excluded: Collection[Exclusion]) -> boo
 
 def build_library(robot: Robot, data: Dataset, excluded: Collection[Exclusion] = ()) -> Library:
     """All names for a robot and data, without those in its file already and those excluded."""
-    there = {identity(entry) for entry in robot.entries}
+    there = {Hypothesis(entry).cause for entry in robot.entries}
     names: list[Hypothesis] = []
     untestable: list[Untestable] = []
     for effect in effect_names():
@@ -180,7 +185,7 @@ def build_library(robot: Robot, data: Dataset, excluded: Collection[Exclusion] =
             except InvalidInput:
                 untestable.append(Untestable(effect, owner, needs(effect, owner, columns=True)))
                 continue
-            names += [name for name in entries if identity(name.entry) not in there]
+            names += [name for name in entries if name.cause not in there]
     return Library(names, untestable, frozenset(excluded))
 
 

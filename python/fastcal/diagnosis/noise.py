@@ -14,10 +14,12 @@ from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.repeatability import visit_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.decorrelation import joint_share, points_without_joint_noise
+from fastcal.diagnosis.fit_algebra import columns_of
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.joint_repeats import with_joint_noise
 from fastcal.diagnosis.memory import memory, shared
 from fastcal.diagnosis.noise_scales import others_note, rms_sigma, with_others_kept
+from fastcal.diagnosis.postures import likeliest_repeatability
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.rich_model import RichModel
 from fastcal.diagnosis.robust_rows import RichFit, studentized_residuals
@@ -113,6 +115,26 @@ def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tup
     joints = joint_share(found)
     sigma = float(np.hypot(level.sigma, joints))
     return replace(found, used=used), replace(level, noise=found.noise, note=note, sigma=sigma, joints=joints)
+
+
+def with_joints_of_pictures(level: NoiseLevel, at: Fit) -> NoiseLevel:
+    """The noise of corners with what joints that repeat badly add to it, as a fit that is written leaves it.
+
+    While causes are looked for, they may hide in what the joints' noise is taken to be (`found.of_corners`).
+    """
+    as_seen = at.problem if at.problem.repeatability is None else replace(at.problem, repeatability=0.0)
+    pictures = as_seen.pictures
+    if pictures is None:
+        return level
+    near = as_seen.linearized(at.model, at.samples, at.theta)
+    r, J = near.r / level.noise.factor, columns_of(near, at.free) / level.noise.factor
+    freedom = max(len(r) - len(at.free), 1)
+    if float(r @ r) <= float(special.chdtri(freedom, rules.ALPHA_NOISE)):  # noise of pixels leaves as much
+        return level
+    k = likeliest_repeatability(pictures, r, J, freedom)
+    joints = level.sigma * pictures.joint_share(k)
+    noise = replace(level.noise, repeatability=k * level.sigma / level.noise.factor)
+    return replace(level, noise=noise, sigma=float(np.hypot(level.sigma, joints)), joints=joints)
 
 
 def left_out(wrong: IndexArray, gross: IndexArray, data: Dataset) -> IndexArray:

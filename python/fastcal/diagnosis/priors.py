@@ -14,7 +14,7 @@ from fastcal.calibration.parameter_limits import has_prior
 from fastcal.calibration.smoothing import prior_deviations
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.problem import Linearization, Problem, core_entry
-from fastcal.effects.entries import curve_of
+from fastcal.effects.entries import curve_of, traits_of
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -49,24 +49,25 @@ def widest(
 ) -> FloatArray:
     """(P,) deviation of the widest prior that a parameter may have; inf: any, and so for base and tool.
 
-    Points alone hardly show how the last joints lie: by a wide prior noise would turn the hand by degrees. For the arm
-    and for curves of its joints it is GEOMETRY_WIDTH, of the reach for a length; on an arm that is far off, the size at
-    which a usual length or angle alone moves the rows by what the start leaves. A problem may hold the arm closer.
+    Points alone hardly show how the last joints lie, or how a tool was turned that slipped: by a wide prior noise would
+    turn the hand by degrees. For the arm, for steps and for curves of its joints it is GEOMETRY_WIDTH, of the reach for
+    a length; on an arm that is far off, the size at which a usual length or angle alone moves the rows by what the
+    start leaves. A problem may hold the arm closer.
     """
     out = np.full(len(model.parameters) + len(problem.unknowns), np.inf)
     length, still = near.lengths, moves_nothing(problem, model, near)
     every = model.parameters
     arm = [i for i in range(problem.own) if every[i].owner not in ("base", "tool")]
-    curves = list[int]()
+    added = list[int]()
     at = problem.own
     for entry, effect in zip(entries, effects, strict=True):
-        if entry["effect"] == curve_of("joint"):
-            curves += range(at, at + len(effect.parameters))
+        if entry["effect"] == curve_of("joint") or traits_of(entry["effect"]).searched == "at_s":
+            added += range(at, at + len(effect.parameters))
         at += len(effect.parameters)
     for unit, whole in (("m", problem.start.robot.reach), ("rad", 1.0)):
         shown = [length[i] for i in arm if every[i].unit == unit and not still[i]]
         usual = problem.misfit / float(np.median(shown)) if shown else 0.0
-        own = [i for i in (*arm, *curves) if every[i].unit == unit]
+        own = [i for i in (*arm, *added) if every[i].unit == unit]
         out[own] = max(rules.GEOMETRY_WIDTH * whole, usual)
     if problem.arm_size:
         out[arm] = np.minimum(out[arm], problem.arm_size * _given_sizes(problem, model)[arm])

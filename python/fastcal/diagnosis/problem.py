@@ -24,7 +24,7 @@ from fastcal.calibration.touched_places import touched_places
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.diagnosis.generic import Known
 from fastcal.diagnosis.library import Exclusion, Hypothesis, without_masses
-from fastcal.diagnosis.postures import Postures, joint_repeatability, posture_rows, postures
+from fastcal.diagnosis.postures import Postures, joint_repeatability, posture_rows
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
@@ -244,9 +244,8 @@ class Problem:
         common = [1.0] * len(self.measured.observations)
         theta = np.concatenate([model.start, self.unknowns])
         near = _core.linearize(model, samples, self.measured, theta, common, self.threads)
-        return postures(
-            posture_rows(self.start.robot, self.kept, self.measured, near, self.unknowns), self.repeatability
-        )
+        rows = posture_rows(self.start.robot, self.kept, self.measured, near, self.unknowns)
+        return Postures(rows, self.repeatability)
 
     @cached_property
     def kinds(self) -> list[str]:

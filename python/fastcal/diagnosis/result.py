@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, SearchNode
 
 
+TOLD_APART_BY = ("order", "at_s", "at_row")  # of waves of one joint, and of steps of one thing
 VERDICTS = ("none", "named", "one_of", "several", "unexplained")
 
 
@@ -74,10 +75,15 @@ class Finding:
         return f"{self.effect}@{self.owner}"
 
     def is_of(self, entry: Spec) -> bool:
-        """Is it this entry's cause? Waves of one owner are told apart by their order."""
-        order = self.parameters.get("order")
+        """Is it this entry's cause? Waves of one owner are told apart by their order, steps by their moment."""
         same = (entry["effect"], entry["owner"]) == (self.effect, self.owner)
-        return same and (order is None or core_options(entry).get("order") == order.value)
+        own = core_options(entry)
+        return same and all(own.get(key) == value for key, value in self.told_apart_by.items())
+
+    @property
+    def told_apart_by(self) -> dict[str, float]:
+        """Its order or moment, which tells it from others of its effect and owner."""
+        return {key: self.parameters[key].value for key in TOLD_APART_BY if key in self.parameters}
 
     @property
     def reasons(self) -> tuple[str, ...]:

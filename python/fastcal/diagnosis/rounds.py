@@ -49,8 +49,8 @@ def searched(
         again: Problem | None
         if plain.names_are_hopeless:
             best = plain.search.start
-            waves = [] if was_hopeless else [*periodic.scan(best), *scans.scan(best)]
-            again = replace(problem, names=[*problem.names, *waves]) if waves else None
+            more = [] if was_hopeless else _scanned(plain.search, best)
+            again = _with_names(problem, more) if more else None
             was_hopeless = True
         else:
             best = _best(plain.search.grow())
@@ -75,7 +75,7 @@ def _again(search: Search, best: SearchNode, sigma: float | None) -> tuple[Probl
     problem = search.problem
     more = _further_names(search, best)
     begun = replace(claimed(problem.data, sigma), scale=problem.noise.scale)
-    again = replace(problem, names=[*problem.names, *more], noise=begun)
+    again = replace(_with_names(problem, more), noise=begun)
     calmer, level = with_estimated_noise(again, best.fit, sigma)
     changes = any(of(calmer.noise) != of(problem.noise) for of in (_follows, _repeats_badly))
     return (calmer if more or changes or _is_calmer(calmer, problem) else None), level
@@ -88,11 +88,23 @@ def _further_names(search: Search, best: SearchNode) -> list[Hypothesis]:
     a name follows time or heat, others that do: the likelier law is the one that is given.
     """
     if best.suffices:
-        fine = [*periodic.scan(best, fine_alone=True), *scans.scan(best, among=scans.without_a_block())]
-        return fine + scans.rivals_of_slow(search, best)
-    found = [*periodic.scan(best), *scans.scan(best)]
+        alone = scans.without_a_block(timed=search.problem.data.time is not None)
+        fine = [*periodic.scan(best, fine_alone=True), *scans.scan(best, among=alone)]
+        return scans.with_further_steps(search, best, fine) + scans.rivals_of_slow(search, best)
+    found = _scanned(search, best)
     there = {name.key for name in found}
     return found + [name for name in scans.scan(search.start) if best.names and name.key not in there]
+
+
+def _scanned(search: Search, best: SearchNode) -> list[Hypothesis]:
+    """All that scans find beyond a set."""
+    return scans.with_further_steps(search, best, [*periodic.scan(best), *scans.scan(best)])
+
+
+def _with_names(problem: Problem, more: list[Hypothesis]) -> Problem:
+    """A problem with more names; of what stepped more than once, the steps at their own moments are its only ones."""
+    twice = {name.key for name in more if name.has_its_moment}
+    return replace(problem, names=[*(name for name in problem.names if name.key not in twice), *more])
 
 
 def _is_calmer(now: Problem, before: Problem) -> bool:

@@ -11,6 +11,7 @@ neighbours and then is a name like any other: a search begins again with it.
 from __future__ import annotations
 
 from collections.abc import Container, Iterable
+from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -49,6 +50,8 @@ if TYPE_CHECKING:
 
 # Names that a scan may add.
 SCANNED_NAMES = 8
+# Steps of one thing at most: what moves more often is a matter of the rows' labels, or no step.
+MOST_STEPS = 4
 _AT_ONCE = 128  # names that are scored together, for the memory that their columns take
 _LOADS_APART = 4.0  # loads of a form that are tried, above and below the first
 _ROUNDS, _BETWEEN = 2, 9  # of refining, and numbers that each tries between two neighbours
@@ -97,10 +100,54 @@ def _is_of_positions(name: Hypothesis, at: Fit, tried: int) -> bool:
     return bool(2 * stats.t.sf(abs(b) / deviation, freedom) * tried < rules.ALPHA_SCAN)
 
 
-def without_a_block() -> frozenset[str]:
-    """Scanned effects that no block without a name would show, since these are smooth: waves of an instrument."""
-    every = ((effect, traits_of(effect)) for effect in effect_names())
-    return frozenset(effect for effect, t in every if t.role == "scanned" and SLOW.isdisjoint(t.depends_on))
+def without_a_block(*, timed: bool) -> frozenset[str]:
+    """Scanned effects that no block without a name shows, since these are smooth: waves of an instrument, and steps.
+
+    Steps of rows with a time are of the library; those of others may have passed for noise.
+    """
+    every = ((effect, traits_of(effect)) for effect in effect_names() if _is_scanned(effect, timed=timed))
+    return frozenset(e for e, t in every if SLOW.isdisjoint(t.depends_on) or (not timed and effect_has_moment(e)))
+
+
+def with_further_steps(search: Search, best: SearchNode, found: list[Hypothesis]) -> list[Hypothesis]:
+    """Names that a scan found, and of each thing that stepped, in them or in a set, all its steps where it did twice.
+
+    A reflector that was reseated twice, a tripod that was knocked twice: each step is then a name at its own moment.
+    One more at a time, and each once more beside the others, since the first was found where two were. More than
+    MOST_STEPS are a staircase that stands for what moves slowly.
+    """
+    names = [name for name in (*best.names, *found) if effect_has_moment(name.effect) and not name.has_its_moment]
+    every: list[Hypothesis] = []
+    for name in names:
+        state = best if name in best.names else search.state((*best.names, name), best)
+        steps = [replace(name, has_its_moment=True)]
+        while len(steps) <= MOST_STEPS and (more := _next_step(name, state)) is not None:
+            steps.append(more)
+            state = search.state((*state.names, more), state)
+        if 1 < len(steps) <= MOST_STEPS:
+            every += [_beside(step, state, search) for step in steps]
+    twice = {step.key for step in every}
+    return [*(name for name in found if name.key not in twice), *every]
+
+
+def _next_step(name: Hypothesis, state: SearchNode) -> Hypothesis | None:
+    """A step of what `name` is of that is significant beyond a set, at its best moment."""
+    problem = state.fit.problem
+    grid = scanned(name.effect, name.owner, problem.start.robot, problem.kept)
+    worth, p = _weighed(state, grid) if grid else (np.zeros(0), np.ones(0))
+    if not len(grid) or np.min(p) * len(grid) >= rules.ALPHA_SCAN:
+        return None
+    step = at_best_moment(grid[int(np.argmax(worth))], state)
+    if is_a_condition(step, state.fit, len(grid)):
+        return None
+    return replace(step, has_its_moment=True)
+
+
+def _beside(step: Hypothesis, state: SearchNode, search: Search) -> Hypothesis:
+    """A step at the moment that is its best beside the others of a set."""
+    rest = [name for name in state.names if name.label != step.label]
+    free = replace(step, has_its_moment=False)
+    return replace(at_best_moment(free, search.state(rest, state)), has_its_moment=True)
 
 
 def rivals_of_slow(search: Search, best: SearchNode) -> list[Hypothesis]:
@@ -109,7 +156,8 @@ def rivals_of_slow(search: Search, best: SearchNode) -> list[Hypothesis]:
     if len(rest) == len(best.names):
         return []
     base = search.state(rest, best) if rest else search.start
-    found = scan(base, among=frozenset(effect_names()) - without_a_block())
+    timed = search.problem.data.time is not None
+    found = scan(base, among=frozenset(effect_names()) - without_a_block(timed=timed))
     worth = _weighed(base, found)[0] if found else np.zeros(0)
     gain = base.bic - best.bic
     return [name for name, value in zip(found, worth, strict=True) if value > gain - rules.DECISIVE_BIC]
@@ -179,6 +227,8 @@ def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
     """A step at the moment, or the position, of all between two rows that explains most; other names as they are."""
     data, robot = state.fit.problem.kept, state.fit.problem.start.robot
     bare = name.bare
+    if name.has_its_moment:
+        return name
     if effect_has_moment(name.effect):
         at, _ = _best_step(state.fit, from_the_beginning(bare, data), order_of_rows(data))
         return from_moment(bare, at, data)

@@ -12,7 +12,7 @@ from scipy import special
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Hypothesis, Key, Library, Untestable, needs
+from fastcal.diagnosis.library import Hypothesis, Key, Library, Untestable, effect_has_moment, needs
 from fastcal.diagnosis.reasons import Because, CauseLabel, Reason
 from fastcal.diagnosis.result import DetectableEffect, RankedHypothesis
 from fastcal.diagnosis.search import Search, SearchNode
@@ -30,13 +30,16 @@ _HALVINGS = 40
 
 
 def untestable(search: Search, library: Library) -> list[Untestable]:
-    """Names whose columns are missing or whose signature the fitted parameters absorb whole, in every variant."""
+    """Names whose columns are missing or whose signature the fitted parameters absorb whole, in every variant.
+
+    Steps are looked for by the order of the rows, where these have no time.
+    """
     found = search.start.blocks
     rank = np.asarray(found.tests.scores.rank)[: found.count]
     alive = {name.key for name, r in zip(found.names, rank, strict=True) if r > 0}
     dead = dict.fromkeys(name.key for name in found.names if name.key not in alive)
     return [
-        *library.untestable,
+        *(one for one in library.untestable if not effect_has_moment(one.effect)),
         *(Untestable(effect, owner, needs(effect, owner, columns=False)) for effect, owner in dead),
     ]
 

@@ -37,6 +37,7 @@ _APART = (
     "column",
     "axis",
 )  # options that make two entries of one effect and owner two different causes
+_MOMENTS = ("at_s", "at_row")  # beside these, where what they are of stepped more than once
 
 
 def effect_names() -> list[str]:
@@ -151,13 +152,19 @@ def label(entry: Spec) -> str:
 def identity(entry: Spec) -> tuple[Any, ...]:
     """Equal for two entries of the same cause."""
     options = options_of(entry)
+    return (*identity_at_any_moment(entry), *(options.get(key) for key in _MOMENTS))
+
+
+def identity_at_any_moment(entry: Spec) -> tuple[Any, ...]:
+    """Equal for two steps of one thing, too."""
+    options = options_of(entry)
     return (entry["effect"], entry["owner"], *(options.get(key) for key in _APART))
 
 
 def identity_options(entry: Spec) -> Spec:
     """The options of an entry that tell it from another cause of the same effect and owner."""
     options = options_of(entry)
-    return {key: options[key] for key in _APART if options.get(key) is not None}
+    return {key: options[key] for key in (*_APART, *_MOMENTS) if options.get(key) is not None}
 
 
 def same_parameters(entry: Spec) -> Hashable:

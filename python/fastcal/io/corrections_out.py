@@ -21,6 +21,7 @@ def write_corrections(
     shift: FloatArray,
     joints: FloatArray,
     error: FloatArray,
+    sigma: FloatArray,
 ) -> None:
     """Writes a row a target, as CSV.
 
@@ -31,6 +32,7 @@ def write_corrections(
         shift: (N, 6) m and rad (a rotation vector) by which the tool is sent elsewhere.
         joints: (N, n) rad or m by which the chain's joints change; the controller's follow as djN where they differ.
         error: (N,) m that the correction takes away.
+        sigma: (N,) m, standard deviation of a coordinate of what the model predicts there; NaN where not known.
 
     Raises:
         InvalidInput: The file cannot be written.
@@ -42,4 +44,5 @@ def write_corrections(
     columns.update(joint_columns(robot.description, joints, "dq"))
     if not robot.pendant.is_chain:
         columns.update(axis_columns(robot.description, robot.pendant.shown(joints + robot.pendant.zero), "dj"))
+    columns["sigma_mm"] = from_si(sigma, "mm")
     write_csv(path, columns)

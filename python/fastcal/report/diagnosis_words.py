@@ -73,9 +73,8 @@ def spoken_effect(effect: str) -> str:
 
 
 def name_in_model(finding: Finding) -> str:
-    """EFFECT@OWNER as `fastcal drop` takes it; a wave with its order, since a joint may have several."""
-    order = finding.parameters.get("order")
-    return finding.label + (f":order={order.value:.6g}" if order else "")
+    """EFFECT@OWNER as `fastcal drop` takes it; a wave with its order, a step with its moment."""
+    return finding.label + "".join(f":{key}={value:.6g}" for key, value in finding.told_apart_by.items())
 
 
 def drop_command(finding: Finding) -> str:

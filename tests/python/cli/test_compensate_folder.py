@@ -71,6 +71,20 @@ def test_a_folder_goes_there_and_back(cell, process, fastcal) -> None:
         np.testing.assert_allclose(new.values, old.values, atol=1e-4)  # of a quaternion of rounded length
 
 
+def test_a_program_s_corrections_say_how_surely_they_are_known(tmp_path, programs, fastcal, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    nominal = library.load_robot("ur5")
+    poses = library.random_poses(nominal, 60, seed=1)
+    data = library.simulate(library.perturbed(nominal, seed=1), poses, noise=1e-4)
+    library.calibrate(nominal, data).model.save("model.yaml")
+    Path("a.script").write_bytes(programs["URScript"]["palletize.script"])
+    said = fastcal("compensate", "model.yaml", "a.script", "-o", "b.script", "--corrections", "c.csv")
+    rows = list(csv.DictReader(Path("c.csv").read_text().splitlines()))
+    largest = max(float(row["sigma_mm"]) for row in rows)
+    assert 0.001 < largest < 0.2
+    assert f"; its standard deviation {largest:.3g} mm per coordinate" in said.out
+
+
 def test_a_table_of_poses_has_its_corrections_too(cell, fastcal) -> None:
     real, nominal = library.load_robot("real.yaml"), library.load_robot(ARM)
     q = np.array([[0.1, -0.4, 1.9, 0.2, 0.9, 0.1], [0.2, -0.5, 2.0, 0.1, 0.8, 0.0]])
@@ -90,6 +104,7 @@ def test_a_table_of_poses_has_its_corrections_too(cell, fastcal) -> None:
     moved = library.Robot(nominal.spec | ends).forward(sent)[:, :3, 3] - T[:, :3, 3]
     shift = [[float(row[f"shift_{axis}_mm"]) for axis in "xyz"] for row in rows]
     np.testing.assert_allclose(shift, 1000 * moved, atol=1e-5)
+    assert [row["sigma_mm"] for row in rows] == [row["sigma_mm"] for row in commands]
 
 
 @pytest.mark.parametrize(

@@ -91,6 +91,17 @@ def test_the_real_flange_goes_where_the_program_says(programs, arms, language) -
     assert done.error.min() > 1e-3  # it was worth doing
 
 
+def test_it_is_known_how_surely_the_arm_reaches_the_targets(programs) -> None:
+    nominal = fastcal.load_robot("ur5")
+    data = fastcal.simulate(fastcal.perturbed(nominal, seed=1), fastcal.random_poses(nominal, 60, seed=1), noise=1e-4)
+    model = fastcal.calibrate(nominal, data).model
+    program = read_program(programs["URScript"])
+    done = compensate_program(model, program)
+    each = model.position_deviation(done.q)
+    np.testing.assert_allclose(done.sigma, np.sqrt(np.mean(each**2, axis=1)), rtol=1e-12)
+    assert np.isnan(compensate_program(nominal, program).sigma).all()
+
+
 @pytest.mark.parametrize("language", ARMS)
 def test_a_robot_as_believed_changes_nothing_but_digits(programs, arms, language) -> None:
     nominal, _ = arms(ARMS[language][0])

@@ -3,7 +3,8 @@
 """Every kind of page with every verdict, from simulated arms, and pictures of it on every kind of screen and on paper.
 
 python -m tests.python.report.every_page OUT [NAME ...] writes the pages and OUT/NAME.SCREEN.png, and says what is
-wrong with each: needs Debian's Chromium and Playwright. On paper: NAME.pdf.
+wrong with each: needs Debian's Chromium and Playwright, and axe-core for what is hard to see or to hear. On paper:
+NAME.pdf. With FASTCAL_LANGUAGE=de the pages are German.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 
 from PIL import Image
 
+from ..conftest import axe_core, inaccessible
 from . import pages_of_arms, pages_of_cells, pages_of_kinds  # noqa: F401 - their pages are cases too
 from .pages_of_fits import CASES
 
@@ -67,6 +69,7 @@ def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
     """What is wrong with a page on some screen, in words; with `picture` also PICTURE.SCREEN.png and PICTURE.pdf."""
     size = page.stat().st_size
     found = [f"{size} bytes"] if size > SIZE else []
+    axe = axe_core()
     for width, scheme in SCREENS:
         context = browser.new_context(viewport={"width": width, "height": PIECE}, color_scheme=scheme)
         shown = context.new_page()
@@ -81,6 +84,8 @@ def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
         found += [f"{on}: console: {text}" for text in said if not any(known in text for known in QUIET)]
         if seen["wide"] != width:
             found.append(f"{on}: {seen['wide']} pixels wide")
+        if axe is not None:
+            found += [f"{on}: axe-core: {rule}: {element[:200]}" for rule, element, _act in inaccessible(shown, axe)]
         if page.parent.parent.name.startswith("diagnose") and (seen["words"] > WORDS or seen["charts"] > CHARTS):
             found.append(f"{on}: {seen['words']} words, {seen['charts']} charts")
         if picture is not None:

@@ -131,8 +131,14 @@ def calibrate_limit_missed(folder: Path) -> Path:
 
 
 @case
-def calibrate_limit_met(folder: Path) -> Path:
+def calibrate_limit_cannot_tell(folder: Path) -> Path:
     written(folder)
+    return calibrated(folder, "--limit-mm", "0.3")
+
+
+@case
+def calibrate_limit_met(folder: Path) -> Path:
+    written(folder, test=70)
     return calibrated(folder, "--limit-mm", "0.3")
 
 

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What stepped more than once is named at each of its moments; what only drifts is no staircase."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fastcal import Dataset, Robot, diagnose, drop_effects, load_robot, random_poses, simulate
+from fastcal.arrays import FloatArray
+from fastcal.diagnosis import Diagnosis
+from fastcal.effects.entries import identity_options
+
+ROWS = 150
+TIME = 12.0 * np.arange(ROWS)
+NOISE = 5e-5  # [m]
+
+
+def step(owner: str, row: int, way_mm: list[float]) -> dict[str, Any]:
+    names = ("step_x_mm", "step_y_mm", "step_z_mm")
+    parameters = dict(zip(names, way_mm, strict=True))
+    return {"effect": f"{owner}_step", "owner": owner, "at_s": TIME[row] - 6.0, "parameters": parameters}
+
+
+def arm(effects: list[dict[str, Any]]) -> Robot:
+    return load_robot("ur10").with_(effects=effects)
+
+
+def found(effects: list[dict[str, Any]], seed: int, *, timed: bool, way: FloatArray | float = 0.0) -> Diagnosis:
+    data = simulate(arm(effects), random_poses(arm([]), ROWS, seed=seed), noise=NOISE, seed=seed, time=TIME)
+    assert data.position is not None
+    moved = data.position + np.reshape(way, (-1, 1)) * [0.6, -0.5, 0.6]
+    time = TIME if timed else None
+    return diagnose("ur10", Dataset.from_arrays(data.q, position=moved, robot=arm([]), time=time))
+
+
+def moments(of: Diagnosis, key: str) -> list[float]:
+    return sorted(f.parameters[key].value for f in of.effects)
+
+
+@pytest.mark.parametrize("owner", ["tool", "base"])
+def test_two_steps_are_two_names_each_at_its_own_time(owner: str) -> None:
+    first, second = step(owner, 30, [0.3, -0.4, 0.2]), step(owner, 104, [0.4, 0.3, -0.3])
+    of = found([first, second], 1, timed=True)
+    assert [(f.label, f.grade) for f in of.effects] == [(f"{owner}_step@{owner}", "A")] * 2
+    assert moments(of, "at_s") == pytest.approx([first["at_s"], second["at_s"]], abs=6.0)
+    assert all(f"at {moment:g} s" in of.sentence for moment in moments(of, "at_s"))
+    assert of.gap[-1].held_out_rms_mm == pytest.approx(1e3 * NOISE * np.sqrt(3), rel=0.15)
+    first_s, second_s = moments(of, "at_s")
+    left = drop_effects(of.model, f"{owner}_step@{owner}:at_s={second_s:g}").entries
+    assert [identity_options(entry) for entry in left] == [{"at_s": first_s}]
+
+
+def test_without_times_they_are_told_by_their_rows() -> None:
+    of = found([step("tool", 20, [0.4, 0.2, 0.1]), step("tool", 108, [-0.1, 0.5, 0.3])], 5, timed=False)
+    assert [f.label for f in of.effects] == ["tool_step@tool"] * 2
+    assert moments(of, "at_row") == [20, 108]
+    assert not [one for one in of.untestable if one.effect.endswith("_step")]
+    assert sorted(identity_options(entry)["at_row"] for entry in of.model.entries) == [20, 108]
+
+
+@pytest.mark.parametrize("timed", [True, False])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_drifts_is_no_staircase(seed: int, *, timed: bool) -> None:
+    """A random walk, and a slow wave."""
+    walk = np.cumsum(np.random.default_rng(seed).normal(0, 4e-5, ROWS))
+    wave = 4e-4 * np.sin(2 * np.pi * np.arange(ROWS) / ROWS)
+    for way in (walk, wave):
+        of = found([], seed, timed=timed, way=way)
+        assert not [f.label for f in of.effects if f.effect.endswith("_step") and f.grade != "C"]
