@@ -18,7 +18,7 @@ from fastcal.diagnosis.library import Untestable
 from fastcal.diagnosis.reasons import Because, CauseLabel
 from fastcal.display import late
 from fastcal.display.shown import Plotted
-from fastcal.effects.entries import core_options
+from fastcal.effects.entries import options_of
 from fastcal.measurements.kinds import KindMisfit, KindNoise, noise_in_mm
 from fastcal.robot.robot import Robot, Spec
 
@@ -77,7 +77,7 @@ class Finding:
     def is_of(self, entry: Spec) -> bool:
         """Is it this entry's cause? Waves of one owner are told apart by their order, steps by their moment."""
         same = (entry["effect"], entry["owner"]) == (self.effect, self.owner)
-        own = core_options(entry)
+        own = options_of(entry)
         return same and all(own.get(key) == value for key, value in self.told_apart_by.items())
 
     @property

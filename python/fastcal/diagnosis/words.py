@@ -282,11 +282,11 @@ def _many_waves(waves: list[Finding]) -> Said:
 
 def _certain(findings: list[Finding]) -> Said:
     """Those that nothing else explains, in one sentence."""
-    causes = [said("{cause}, {times:.0f} times the noise", cause=_cause(f), times=f.snr) for f in findings]
+    causes = [said("{cause}, {times:.0f} times the noise", cause=finding_in_words(f), times=f.snr) for f in findings]
     return said("{causes}; all other causes are ruled out.", causes=capital(joined("; ", causes)))
 
 
-def _cause(f: Finding) -> Said:
+def finding_in_words(f: Finding) -> Said:
     """A finding in words, a step with its moment: what it is of may have stepped before."""
     cause = cause_in_words(f.effect, f.owner)
     if "at_s" in f.told_apart_by:
@@ -297,7 +297,7 @@ def _cause(f: Finding) -> Said:
 
 
 def _doubtful(f: Finding) -> Said:
-    what = capital(_cause(f))
+    what = capital(finding_in_words(f))
     if f.equivalents:
         others = chained("{first} or {second}", [cause_in_words(*other) for other in f.equivalents])
         return said("{cause}, or {others}: these data can't tell which.", cause=what, others=others)
@@ -323,7 +323,7 @@ def _unproven(found: list[Finding]) -> Said:
 def _by_effect(found: list[Finding]) -> Said:
     """Causes in words, the places of one effect together: "backlash (lost motion) at joint 2, joint 5"."""
     if len(found) == 1:
-        return _cause(found[0])
+        return finding_in_words(found[0])
     places: dict[Said, dict[Said, None]] = {}  # each once: a joint may have waves of several orders
     for f in found:
         places.setdefault(effect_in_words(f.effect), {})[owner_in_words(f.owner)] = None

@@ -15,7 +15,7 @@ import numpy as np
 from fastcal.calibration.parallel import workers
 from fastcal.diagnosis import partial_residuals
 from fastcal.diagnosis.columns import columns_of
-from fastcal.diagnosis.words import cause_in_words, plan_text, reason_text
+from fastcal.diagnosis.words import cause_in_words, finding_in_words, plan_text, reason_text
 from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.io.design_out import write_poses
 from fastcal.io.folder import atomic_folder
@@ -278,7 +278,7 @@ def _tiles(found: Diagnosis) -> list[tuple[str, str, str]]:
 def _card(found: Diagnosis, finding: Finding) -> _Card:
     is_of_rig = finding.effect in RIG_TRAITS  # no effect of the fit: it is in the cell's own numbers
     seen = None if is_of_rig else partial_residuals.of_finding(found.fitted_with(finding), finding)
-    cause = capitalised(_(cause_in_words(finding.effect, finding.owner)))
+    cause = capitalised(_(finding_in_words(finding)))
     drawn = [] if seen is None else effect_figures.effect_figures(seen, finding.owner, f"effect-{_slug(finding)}")
     return _Card(
         cause,

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fastcal.diagnosis.words import cause_in_words
+from fastcal.diagnosis.words import cause_in_words, finding_in_words
 from fastcal.effects.entries import traits_of
 from fastcal.report.diagnosis_words import depends, drop_command, place, stands_for_geometry, step_name
 from fastcal.report.formatting import percent
@@ -106,7 +106,7 @@ def _unexplained(found: Diagnosis) -> list[str]:
 
 def _measurement(effects: list[Finding]) -> list[str]:
     """Causes that are no fault of the robot: what to do before the next measurement."""
-    names = [_(cause_in_words(f.effect, f.owner)) for f in effects if traits_of(f.effect).of_the_measurement]
+    names = [_(finding_in_words(f)) for f in effects if traits_of(f.effect).of_the_measurement]
     if not names:
         return []
     alone = len(names) == len(effects) and all(f.in_model for f in effects)
@@ -145,8 +145,8 @@ def _robot(effects: list[Finding], *, undo: bool) -> list[str]:
 
 
 def _unsure(effects: list[Finding]) -> list[str]:
-    unsure = [_(cause_in_words(f.effect, f.owner)) for f in effects if f.grade != "A"]
-    left = [_(cause_in_words(f.effect, f.owner)) for f in effects if not f.in_model]
+    unsure = [_(finding_in_words(f)) for f in effects if f.grade != "A"]
+    left = [_(finding_in_words(f)) for f in effects if not f.in_model]
     more = [_("Measure more poses to be certain; model.yaml leaves out {causes}.", causes=listed(left))] if left else []
     return [*more, _("Check by hand before repairing: {causes}.", causes=listed(unsure))] if unsure else []
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """What stepped more than once is named at each of its moments; what only drifts is no staircase."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from fastcal import Dataset, Robot, diagnose, drop_effects, load_robot, random_p
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import Diagnosis
 from fastcal.effects.entries import identity_options
+from fastcal.report import write_report
 
 ROWS = 150
 TIME = 12.0 * np.arange(ROWS)
@@ -40,14 +42,17 @@ def moments(of: Diagnosis, key: str) -> list[float]:
 
 
 @pytest.mark.parametrize("owner", ["tool", "base"])
-def test_two_steps_are_two_names_each_at_its_own_time(owner: str) -> None:
+def test_two_steps_are_two_names_each_at_its_own_time(owner: str, tmp_path: Path) -> None:
     first, second = step(owner, 30, [0.3, -0.4, 0.2]), step(owner, 104, [0.4, 0.3, -0.3])
     of = found([first, second], 1, timed=True)
     assert [(f.label, f.grade) for f in of.effects] == [(f"{owner}_step@{owner}", "A")] * 2
     assert moments(of, "at_s") == pytest.approx([first["at_s"], second["at_s"]], abs=6.0)
     assert all(f"at {moment:g} s" in of.sentence for moment in moments(of, "at_s"))
     assert of.gap[-1].held_out_rms_mm == pytest.approx(1e3 * NOISE * np.sqrt(3), rel=0.15)
+    write_report(of, tmp_path / "page.html")
     first_s, second_s = moments(of, "at_s")
+    page = (tmp_path / "page.html").read_text()
+    assert all(f"model.yaml {owner}_step@{owner}:at_s={at:g} -o" in page for at in (first_s, second_s))
     left = drop_effects(of.model, f"{owner}_step@{owner}:at_s={second_s:g}").entries
     assert [identity_options(entry) for entry in left] == [{"at_s": first_s}]
 
