@@ -24,6 +24,7 @@ _ROLES = {
     **{str(k): look for k, look in enumerate(zip(_COLOURS, _DASHES, strict=True))},
 }
 _BAR_OPACITY = 0.75
+_MINUS = "\N{MINUS SIGN}"
 _NO_BREAK = "\N{NO-BREAK SPACE}"  # a range and a unit stay on one line; before it a narrow column breaks
 
 
@@ -129,7 +130,7 @@ def _cell(value: Any) -> Cell:
     if value is None:
         return Cell(MISSING)
     if isinstance(value, str):
-        return Cell(value.replace("N m", f"N{_NO_BREAK}m"))
+        return Cell(re.sub(r"(?<![\w.)])-(?=\d)", _MINUS, value).replace("N m", f"N{_NO_BREAK}m"))
     if isinstance(value, Mapping):
         if not is_known(value["median"]):
             return Cell(MISSING)
@@ -142,9 +143,9 @@ def _cell(value: Any) -> Cell:
 def _number(value: float) -> str:
     """Three digits; whole numbers as they are, sizes far from one with a power of ten."""
     if float(value).is_integer() and abs(value) < 1e6:
-        return f"{value:.0f}".replace("-", "\N{MINUS SIGN}")
+        return f"{value:.0f}".replace("-", _MINUS)
     size = abs(math.log10(abs(value)))
-    return f"{value:.3g}".replace("-", "\N{MINUS SIGN}") if size >= 4 else significant(value)
+    return f"{value:.3g}".replace("-", _MINUS) if size >= 4 else significant(value)
 
 
 def _chart(exhibit: Mapping[str, Any], place: str) -> Figure:

@@ -280,7 +280,7 @@ def _commands(runs: Sequence[Run]) -> Section:
     return Section(
         "Commands sent to the arm",
         "50 other poses with 210 kg: corrected joints are sent to the hidden arm, and what it misses is measured "
-        "without noise. Networks are those of `fastcal train`, which guards and limits them.",
+        "without noise. Networks are those of fastcal train, which guards and limits them.",
         [Table("Commands", "errors of the hidden arm (mm)", ("", "mean", "std", "max"), rows)],
     )
 

@@ -32,7 +32,7 @@ def made_up() -> dict[str, Any]:
                         "Table 1",
                         "of numbers",
                         ("mm", "paper", "here"),
-                        [["mean", None, Spread(1.5, 0.5, 2.1)], ["compliance (nrad/N m)", None, 3.0]],
+                        [["mean", None, Spread(1.5, 0.5, 2.1)], ["compliance (nrad/N m)", None, "-0.1 (-2 to 3)"]],
                         "a note",
                     ),
                     Chart(
@@ -66,6 +66,7 @@ def test_the_page_says_where_the_method_falls_behind_and_what_is_not_shown() -> 
     assert 'class="verdict caution"' in text
     assert "1.50 (0.500\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}2.10)" in text
     assert "compliance (nrad/N\N{NO-BREAK SPACE}m)" in text
+    assert "\N{MINUS SIGN}0.1 (\N{MINUS SIGN}2 to 3)" in text
     assert "<strong>Figure 2</strong> is not shown: it is a &lt;photograph&gt;." in text
     assert "<strong>Figures 3 and 4</strong> are not shown: they are bars." in text
     assert "Simulated data" in text
