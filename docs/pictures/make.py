@@ -4,6 +4,7 @@
 
 python docs/pictures/make.py            needs chromium and Pillow
 python docs/pictures/make.py --studio   those of the studio alone, as its tests see it
+python docs/pictures/make.py --pages    those of reports alone
 """
 
 from __future__ import annotations
@@ -188,7 +189,8 @@ def fleet(folder: Path) -> None:
 
 def main() -> None:
     """Takes all pictures."""
-    studio()
+    if "--pages" not in sys.argv:
+        studio()
     if "--studio" in sys.argv:
         return
     with tempfile.TemporaryDirectory() as temporary:

@@ -87,7 +87,9 @@ def filled(message: str, values: dict[str, Any], translate: Callable[[str], str]
         if isinstance(value, Said):
             out.append(value.again(translate, decimal_sign))
         elif isinstance(value, float):
-            out.append(format(value, spec or "").replace(".", decimal_sign))
+            text = format(value, spec or "").replace(".", decimal_sign)
+            stands_apart = text.endswith("%") and decimal_sign == ","  # as where decimals follow a comma
+            out.append(f"{text[:-1]}\N{NARROW NO-BREAK SPACE}%" if stands_apart else text)
         else:
             out.append(format(value, spec or ""))
     return "".join(out)

@@ -114,6 +114,13 @@ def test_places_and_arms_of_cells_are_in_the_table_of_coverage_and_within_the_go
         assert f"| {part} | {row['counted']} | {100 * row['covered']:.1f}% (" in text
 
 
+def test_the_way_through_the_studio_takes_what_its_record_says() -> None:
+    text, found = page("studio.md"), record("bench_studio.json")
+    assert f"one waits {found['all']:.0f} s, {found['diagnose']:.0f} s of which are the diagnosis" in text
+    assert found["all"] < 600  # ten minutes, the goal
+    assert found["all"] == pytest.approx(sum(seconds for step, seconds in found.items() if step != "all"), abs=0.5)
+
+
 def test_what_sensors_on_arms_see_is_in_the_table_of_coverage_and_within_the_goal() -> None:
     text, found = page("benchmarks.md"), record("bench_coverage_sensors.json")
     assert found["sets"] >= 60

@@ -24,6 +24,7 @@ from fastcal.calibration.shifted_rows import EXPLAINED, Shift, huber_fit
 from fastcal.effects.entries import effect_names, label, parse_effects, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.said import chained, said
 
 CLEARLY = 20.0  # of the criterion, by which one of two readings is the better
 _ROUNDS = 8
@@ -52,7 +53,7 @@ class Explained:
     @property
     def said(self) -> str:
         """What varies, and through which effect it would show: `payload_kg, by joint_compliance`."""
-        return f"{' and '.join(self.columns)}, by {self.effect}"
+        return said("{columns}, by {effect}", columns=chained("{first} and {second}", self.columns), effect=self.effect)
 
 
 def criterion(cost: float, numbers: int, parameters: int) -> float:

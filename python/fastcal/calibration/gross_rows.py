@@ -19,6 +19,7 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.measurements.kinds import POINTS, kind_named
 from fastcal.measurements.observations import without_measured
+from fastcal.said import said
 from fastcal.units import from_si
 
 Refit = Callable[[CalibrationProblem], _core.Identification]
@@ -75,9 +76,12 @@ def majority(problem: CalibrationProblem, found: _core.Identification, refit: Re
     explained = explains_gross(problem, near, np.isin(near.row, places[gross]))
     if explained is None:
         return replace(out, refusal=refusal, notes=notes)
-    note = (
-        f"{gross.sum()} rows lie elsewhere, as they depend on {explained.said}, and nothing moved: ask for it with "
-        f"--effects {explained.asked}; all rows are used"
+    note = said(
+        "{count} rows lie elsewhere, as they depend on {condition}, and nothing moved: ask for it with --effects "
+        "{effects}; all rows are used",
+        count=int(gross.sum()),
+        condition=explained.said,
+        effects=explained.asked,
     )
     return Majority(found, problem, notes=[note])
 

@@ -64,10 +64,13 @@ class KindErrors:
         before = None if self.before is None else ErrorStatistics.of(self.before.ravel())
         return before, ErrorStatistics.of(self.after.ravel())
 
-    def after_without(self, places: IndexArray) -> ErrorStatistics | None:
-        """Of the rows that are not at these places, after; None where not all rows are here, or none is left."""
-        kept = np.delete(self.after, places, axis=0)
-        return None if self.of_all is not None or not np.isfinite(kept).any() else ErrorStatistics.of(kept.ravel())
+    def without(self, places: IndexArray) -> tuple[ErrorStatistics | None, ErrorStatistics | None]:
+        """`statistics` of the rows that are not at these places; None where not all rows are here, or none is left."""
+        if self.of_all is not None:
+            return None, None
+        kept = (None if sizes is None else np.delete(sizes, places, axis=0) for sizes in (self.before, self.after))
+        before, after = (None if k is None or not np.isfinite(k).any() else ErrorStatistics.of(k.ravel()) for k in kept)
+        return before, after
 
     def to_json_dict(self) -> dict[str, Any]:
         """An entry of `kinds`: unit, count, before, after."""

@@ -30,6 +30,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import without_kinds
 from fastcal.robot.rig import has_rig, sized
 from fastcal.robot.robot import Robot
+from fastcal.said import chained, joined, said
 
 HALVED = 2.0  # times less that pictures are missed by: three quarters of the squares
 NEAR = 0.01  # of a size: lengths of arms are known to that
@@ -127,17 +128,24 @@ def other_sizes(robot: Robot, data: Dataset, threads: int = 1) -> OtherSizes | N
 
 def _told(good: Sequence[tuple[_Sized, _Placed]], as_given: float) -> OtherSizes:
     """The sentence of explanations that fit alike; `as_given`: by how much half of the pictures miss without [px]."""
-    said = []
+    told: list[str] = []
     for of, _ in good:
         words = size_of if of.boards else focal_of
         named = {name: s for name, s in of.sizes.items() if abs(np.log(s)) > NEAR}
-        what = "board" if of.boards else "camera"
-        said += [f"{what} {name}: {words(s)}" for name, s in named.items()]
+        told += [
+            said("board {name}: {text}" if of.boards else "camera {name}: {text}", name=name, text=words(s))
+            for name, s in named.items()
+        ]
     best = min(placed.miss for _, placed in good)
     far = max(float(np.abs(of.log).max()) for of, _ in good)
-    text = "; or ".join(said) + (f"; {MEASURE_BOARD}" if len(good) > 1 else "")
+    text = chained("{first}; or {second}", told)
     return OtherSizes(
-        f"{text} (half of the pictures miss by {best:.2g} px then, and by {as_given:.2g} px as given)",
+        said(
+            "{text} (half of the pictures miss by {best:.2g} px then, and by {as_given:.2g} px as given)",
+            text=joined("; ", [text, MEASURE_BOARD]) if len(good) > 1 else text,
+            best=float(best),
+            as_given=float(as_given),
+        ),
         far > MISTAKEN and best * BETTER < as_given,
         len(good) > 1,
     )

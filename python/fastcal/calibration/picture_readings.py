@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.board_poses import board_poses, drawn_board, planar_misfit
 from fastcal.calibration.hand_eye import FEWEST, disagreement, hand_eye, length_ratio, solved_alike, with_lengths
 from fastcal.robot.rig import SQUARES, board_corners
+from fastcal.said import joined, said
 from fastcal.units import factor
 
 FloatArray = NDArray[np.float64]
@@ -34,14 +35,14 @@ _TRIED = 40  # pictures, spread over all
 _GLANCED = 12  # of them, for a lens
 _LOOKED = 3  # readings of a kind that are looked at closely, those that fit best at a glance
 _ALIKE = 1.5  # times: pictures that miss two drawings by so little more do not tell them apart
-MEASURE_BOARD = (
+MEASURE_BOARD = said(
     "these pictures fit each: measure the squares of the board, and take pictures slanted by 30 degrees about several "
     "axes, at two distances"
 )
-_NOT_THE_LENS = "its pictures do not fit the lens of the file:"
+_NOT_THE_LENS = said("its pictures do not fit the lens of the file:")
 _WHOLE = 0.03  # by which a ratio may miss that of two units, or of two sizes of picture
-_UNITS = {factor(unit) / factor("mm"): text for unit, text in (("m", "in m"), ("in", "in inches"))}
-_UNITS |= {10.0: "in cm", 100.0: "100 times too small"}
+_UNITS = {factor(unit) / factor("mm"): text for unit, text in (("m", said("in m")), ("in", said("in inches")))}
+_UNITS |= {10.0: said("in cm"), 100.0: said("100 times too small")}
 _SIZES = (2.0, 0.5, 1.5, 2 / 3, 3.0, 1 / 3, 4.0, 0.25)  # of pictures, in those that the lens was found with
 _FOCAL = np.geomspace(0.2, 5.0, 41)  # times the file's, that are tried
 
@@ -339,19 +340,19 @@ def _glance(A: FloatArray, S: FloatArray) -> float:
 
 def size_of(scale: float) -> str:
     """What a board is that the arm sees so many times as large as the file has it."""
-    seen = f"seen with this arm the board is {scale:.4g} times as large as its file says:"
+    seen = said("seen with this arm the board is {scale:.4g} times as large as its file says:", scale=float(scale))
     for unit, text in _UNITS.items():
         if abs(scale / unit - 1) < _WHOLE:
-            return f"{seen} are its lengths {text}?"
+            return said("{seen} are its lengths {unit}?", seen=seen, unit=text)
         if abs(scale * unit - 1) < _WHOLE:
-            return f"{seen} are its lengths, or those of the arm, in another unit?"
-    return f"{seen} measure its squares"
+            return said("{seen} are its lengths, or those of the arm, in another unit?", seen=seen)
+    return said("{seen} measure its squares", seen=seen)
 
 
 def focal_of(ratio: float) -> str:
     """What is said of a camera whose pictures fit so many times its focal length."""
-    return f"{_NOT_THE_LENS} {_focal(ratio)}"
+    return joined(" ", [_NOT_THE_LENS, _focal(ratio)])
 
 
 def _focal(ratio: float) -> str:
-    return f"they fit a focal length about {ratio:.2g} times that of the file"
+    return said("they fit a focal length about {ratio:.2g} times that of the file", ratio=float(ratio))

@@ -221,15 +221,23 @@ def _elsewhere(shift: Shift, kind: Kind) -> str:
 
 def condition_note(shift: Shift, kind: Kind, word: Word, effect: Explained) -> str:
     """The sentence where a condition explains rows that lie elsewhere, alone, too, or as well as a move would."""
-    ask = f"ask for it with --effects {effect.asked}"
+    ask = said("ask for it with --effects {effects}", effects=effect.asked)
     if word == "both":
-        return f"besides, the errors depend on {effect.said}: {ask}"
+        return said("besides, the errors depend on {condition}: {ask}", condition=effect.said, ask=ask)
     where = _elsewhere(shift, kind)
     if word == "effect":
-        return f"{where}, as they depend on {effect.said}, and nothing moved: {ask}; all rows are used"
-    return (
-        f"{where}: either they depend on {effect.said} ({ask}), or the tracker, the base or the target moved (then "
-        f"give the two parts different `station` or `mount` labels); these rows cannot tell, and all are used"
+        return said(
+            "{where}, as they depend on {condition}, and nothing moved: {ask}; all rows are used",
+            where=where,
+            condition=effect.said,
+            ask=ask,
+        )
+    return said(
+        "{where}: either they depend on {condition} ({ask}), or the tracker, the base or the target moved (then "
+        "give the two parts different `station` or `mount` labels); these rows cannot tell, and all are used",
+        where=where,
+        condition=effect.said,
+        ask=ask,
     )
 
 
@@ -266,14 +274,19 @@ def noise_and_posture(
     effect = condition_that_explains(problem, near) if chance.alike < CHANCE else None
     p = chance.any_size if effect is None else chance.alike
     if p < CHANCE:
-        more = "`fastcal diagnose` looks for it"
+        more = said("`fastcal diagnose` looks for it")
         if problem.robot.of_poses:
-            more = "the controller's poses, the lens or the board's size may be off"
+            more = said("the controller's poses, the lens or the board's size may be off")
         if effect is not None:
-            more = f"they depend on {effect.said}: ask for it with --effects {effect.asked}"
+            ask = said("ask for it with --effects {effects}", effects=effect.asked)
+            more = said("they depend on {condition}: {ask}", condition=effect.said, ask=ask)
         caveats.append(
-            f"the residuals depend on the posture (p = {p:.1g}): an effect is missing from the model, and the "
-            f"stated deviations and intervals do not hold; {more}"
+            said(
+                "the residuals depend on the posture (p = {p:.1g}): an effect is missing from the model, and the "
+                "stated deviations and intervals do not hold; {more}",
+                p=float(p),
+                more=more,
+            )
         )
         notes = notes[1:] if of_joints else notes  # joints that repeat badly, or what is missing: not to be told apart
     return serial, [*notes, *caveats], caveats
@@ -292,9 +305,10 @@ def _memory(
         if neighbour_correlation(*of_means, int(stay.max()) + 1) is None:
             return None, ""
     serial = serial_correlation(J, residual, row, len(data))
-    return serial, "" if serial is None else (
-        f"errors of successive rows are correlated ({serial.rho:.2f}): the noise drifts, and the stated deviations "
-        f"allow for it"
+    return serial, "" if serial is None else said(
+        "errors of successive rows are correlated ({rho:.2f}): the noise drifts, and the stated deviations allow for "
+        "it",
+        rho=float(serial.rho),
     )
 
 
@@ -315,10 +329,19 @@ def _joints(
     repeats = joint_repeatability(J, residual, lever, curves, row, stays(data), pose_groups(data))
     if repeats is None:
         return None, "", None
-    also = ", rows measured in one posture share them" if repeats.by_stay else ""
+    size = float(from_si(repeats.k, "mrad"))
     note = (
-        f"the joints repeat to about {from_si(repeats.k, 'mrad'):.2g} mrad: errors grow with reach{also}, and the "
-        f"stated deviations allow for it"
+        said(
+            "the joints repeat to about {size:.2g} mrad: errors grow with reach, rows measured in one posture share "
+            "them, and the stated deviations allow for it",
+            size=size,
+        )
+        if repeats.by_stay
+        else said(
+            "the joints repeat to about {size:.2g} mrad: errors grow with reach, and the stated deviations allow for "
+            "it",
+            size=size,
+        )
     )
     return repeats.fit, note, repeats.whitened
 
@@ -331,9 +354,10 @@ def _shared(
     shared = stay_correlation(J, residual, row, stay) if _repeats(row, stay) else None
     if shared is None:
         return None, "", None
-    note = (
-        f"errors of rows that were measured in one posture, one after the other, are alike ({shared.rho:.2f}): "
-        f"the arm's error there counts once, and the stated deviations allow for it"
+    note = said(
+        "errors of rows that were measured in one posture, one after the other, are alike ({rho:.2f}): the arm's "
+        "error there counts once, and the stated deviations allow for it",
+        rho=float(shared.rho),
     )
     return shared, note, lambda values: whitened(values, row, stay, shared.rho)
 

@@ -18,6 +18,7 @@ from fastcal.arrays import FloatArray
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import POINTS, kinds_in
 from fastcal.robot.robot import Robot
+from fastcal.said import chained, said
 from fastcal.units import from_si
 
 _MOST_ROWS = 400  # whose points are paired
@@ -66,12 +67,24 @@ def shape_of(model: Robot, data: Dataset) -> Shape | None:
     distance = _rms(along)
     scaled = _rms(along - np.outer(apart[told], apart[told] @ along) / max(float(apart @ apart), 1e-300))
     is_open = scaled < _SCALE_IS_OPEN * distance
-    but = ", but for a common scale of all lengths, which they do not determine either," if is_open else ""
-    names = " and ".join(kind.plural for kind in kinds)
+    known = {
+        "kinds": chained("{first} and {second}", [said(kind.plural) for kind in kinds]),
+        "point": float(from_si(point, "mm")),
+        "distance": float(from_si(scaled if is_open else distance, "mm")),
+    }
     note = (
-        f"{names} do not determine where the arm stands as a whole: a coordinate of a point is known to "
-        f"{from_si(point, 'mm'):.2g} mm, and distances between points of the tool, the shape{but or ','} to "
-        f"{from_si(scaled if is_open else distance, 'mm'):.2g} mm"
+        said(
+            "{kinds} do not determine where the arm stands as a whole: a coordinate of a point is known to {point:.2g} "
+            "mm, and distances between points of the tool, the shape, but for a common scale of all lengths, which "
+            "they do not determine either, to {distance:.2g} mm",
+            **known,
+        )
+        if is_open
+        else said(
+            "{kinds} do not determine where the arm stands as a whole: a coordinate of a point is known to {point:.2g} "
+            "mm, and distances between points of the tool, the shape, to {distance:.2g} mm",
+            **known,
+        )
     )
     return Shape(point, distance, scaled, note)
 

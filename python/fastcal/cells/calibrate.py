@@ -38,13 +38,13 @@ from fastcal.measurements.kinds import KindNoise
 from fastcal.monitoring.picture_check import NUMBERS
 from fastcal.robot.identified_spec import Solution
 from fastcal.robot.rig import pictures
+from fastcal.said import said
 from fastcal.units import factor, from_si
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 _ENOUGH = 10  # numbers a parameter: with more the geometry is left free without a look
-_HELD = "the geometry is held within {:.2g} plausible sizes of what the files say, as the readings make most likely"
 _WIDE = 3.0  # plausible sizes within which the geometry is held before the readings say how much
 
 
@@ -87,7 +87,13 @@ class CellResult(PlottedCell):
     @property
     def held(self) -> str:
         """By how much the geometry is held, in words."""
-        return "" if self.shared is None or self.shared.held is None else _HELD.format(self.shared.held)
+        if self.shared is None or self.shared.held is None:
+            return ""
+        return said(
+            "the geometry is held within {size:.2g} plausible sizes of what the files say, as the readings make most "
+            "likely",
+            size=float(self.shared.held),
+        )
 
     @cached_property
     def placements(self) -> list[Placement]:

@@ -12,7 +12,7 @@ import typer
 
 from fastcal.cli import calibrate
 from fastcal.cli.console import NOT_CONVERGED, progress, say
-from fastcal.cli.options import Seed, Threads
+from fastcal.cli.options import PageLanguage, Seed, Threads
 
 if TYPE_CHECKING:
     from fastcal.measurements.dataset import Dataset
@@ -44,6 +44,7 @@ def demo(
         bool,
         typer.Option("--camera", help="Use a camera on the flange and pictures of a board instead of a tracker."),
     ] = False,
+    page_language: PageLanguage = "en",
 ) -> None:
     """Simulate measurements of an arm, calibrate and diagnose it.
 
@@ -58,7 +59,7 @@ def demo(
 
     _check_ours(output)
     if camera:
-        _seen_by_a_camera(output, seed, threads)
+        _seen_by_a_camera(output, seed, threads, page_language)
         return
     say(f"This is a simulation: a {ARM} with random errors and compliant joints, measured by a simulated tracker.")
     with progress() as show:
@@ -70,9 +71,9 @@ def demo(
         test = load_measurements(output / "test.csv", nominal)
         found = identify(nominal, data, test=test, effects=EFFECTS, threads=threads, progress=show)
         show("writing the report")
-        write_calibration(found, output, simulated=True)
+        write_calibration(found, output, simulated=True, language=page_language)
         missing = diagnosed(nominal, data, test=test, threads=threads, progress=show)
-        write_diagnosis(missing, output / DIAGNOSIS, simulated=True)
+        write_diagnosis(missing, output / DIAGNOSIS, simulated=True, language=page_language)
     say(f"what the geometry alone would miss: {missing.sentence}")
     say(str(output / DIAGNOSIS / "report.html"))
     calibrate.say_result(found, output, [str(output / "robot.yaml"), str(output / "measurements.csv")])
@@ -80,7 +81,7 @@ def demo(
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _seen_by_a_camera(output: Path, seed: int, threads: int) -> None:
+def _seen_by_a_camera(output: Path, seed: int, threads: int, language: str) -> None:
     """The demonstration with pictures: drawn, searched for the board's corners, and fitted."""
     from fastcal.calibration.calibrate import calibrate as identify
     from fastcal.cli.demo_camera import ARM as CAMERA_ARM
@@ -100,12 +101,12 @@ def _seen_by_a_camera(output: Path, seed: int, threads: int) -> None:
         nominal = load_robot(cell)
         for name in ("", "test_"):
             poses, table = output / f"{name}poses.csv", output / f"{name}corners.csv"
-            write_detection(nominal.description, [output / f"{name}pictures"], poses, table, 1, "en", show)
+            write_detection(nominal.description, [output / f"{name}pictures"], poses, table, 1, language, show)
         data = load_seen([output / "poses.csv"], nominal, corners)
         test = load_seen([output / "test_poses.csv"], nominal, output / "test_corners.csv")
         found = identify(nominal, data, test=test, threads=threads, progress=show)
         show("writing the report")
-        write_calibration(found, output, simulated=True, pictures=picture_files(corners))
+        write_calibration(found, output, simulated=True, language=language, pictures=picture_files(corners))
     write_hand_eyes(found, [output / "camera.calib"])
     calibrate.say_result(found, output, [str(cell), str(output / "poses.csv"), "--corners", str(corners)])
     if found.status != "converged":

@@ -236,7 +236,8 @@ def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
             return said("Something is missing from the model, and no effect in the library explains it.")
         links = ("; but {doubt}", *["; and {doubt}"] * len(doubts))
         but = [said(link, doubt=doubt) for link, doubt in zip(links, doubts, strict=False)]
-        noise = found.main_noise.kind.text(found.main_noise.value, 3)
+        kind = found.main_noise.kind
+        noise = Said("{size:.3f} {unit}", size=kind.shown(found.main_noise.value), unit=kind.unit)
         if found.misfits:
             text = said("In the other readings no missing effect is detectable above the noise of {noise}", noise=noise)
         else:

@@ -26,6 +26,7 @@ from fastcal.measurements.kinds import POINTS, KindNoise
 from fastcal.report.calibration_report import calibration_page
 from fastcal.robot.given import RobotLike
 from fastcal.robot.robot import Robot
+from fastcal.said import joined
 
 if TYPE_CHECKING:
     from fastcal.diagnosis import Diagnosis
@@ -120,7 +121,7 @@ def _row(name: str, found: CalibrationResult, checks: str) -> ArmResult:
         outliers=len(found.outliers),
         unidentifiable=len(found.unidentifiable),
         checks=checks,
-        message=found.message if found.status != "converged" else "; ".join(found.notes),
+        message=found.message if found.status != "converged" else joined("; ", found.notes),
         model=found.model if found.status == "converged" else None,
     )
 

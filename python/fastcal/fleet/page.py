@@ -18,7 +18,7 @@ from fastcal.report.diagnosis_words import VERDICTS, short_name
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import significant
 from fastcal.report.kind_words import beside_mm
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, in_language, retold
 from fastcal.report.tables import Cell, Column, Group, Table
 from fastcal.report.words import Remark, Verdict, listed
 from fastcal.said import said
@@ -32,7 +32,7 @@ STATUSES = {
     "too_few_equations": said("too few equations"),
 }
 _MOST_TOLD = 6  # arms that the verdict names
-_OUTSTANDING = 2  # times the error of the median arm, beyond which an arm is named
+OUTSTANDING = 2  # times the error of the median arm, beyond which an arm is named
 _EACH_TICKED = 12  # arms: with more, Plotly finds whole numbers by itself
 
 
@@ -68,7 +68,7 @@ def _rendered(found: Fleet, folder: Path | None) -> str:
         table=_table(found, folder),
         notes=_notes(found)[:_MOST_NOTES],
         left_out=max(0, len(found) - _MOST_ROWS),
-        drawing=_drawing(found),
+        drawing=_drawing(found, folder),
     )
 
 
@@ -100,7 +100,7 @@ def _verdict(found: Fleet) -> Verdict:
     outstanding = _outstanding(found)
     if outstanding:
         names = listed([f"{arm.name} ({significant(arm.after or 0.0, 3)} mm)" for arm in outstanding[:_MOST_TOLD]])
-        text_of = _("More than {times} times the error of the median arm: {arms}.", times=_OUTSTANDING, arms=names)
+        text_of = _("More than {times} times the error of the median arm: {arms}.", times=OUTSTANDING, arms=names)
         told.append(Remark(text_of, True, "arms"))
     caused = [arm for arm in _worst_first(found) if arm.causes]
     told += [Remark(f"{arm.name}: {_spoken(arm.causes)}", True, "arms") for arm in caused[:_MOST_TOLD]]
@@ -111,9 +111,14 @@ def _verdict(found: Fleet) -> Verdict:
 
 def _outstanding(found: Fleet) -> list[ArmResult]:
     """Arms that are much worse than the middle one, the worst first."""
-    sizes = [arm.after_mm for arm in found if arm.after_mm is not None]
-    limit = _OUTSTANDING * median(sizes) if sizes else 0.0
+    limit = _limit(found)
     return [arm for arm in _worst_first(found) if arm.after_mm is not None and arm.after_mm > limit]
+
+
+def _limit(found: Fleet) -> float:
+    """The error beyond which an arm is much worse than the middle one [mm]."""
+    sizes = [arm.after_mm for arm in found if arm.after_mm is not None]
+    return OUTSTANDING * median(sizes) if sizes else 0.0
 
 
 def _spoken(causes: str) -> str:
@@ -174,26 +179,36 @@ def _verdict_word(arm: ArmResult) -> str:
 
 def _notes(found: Fleet) -> list[tuple[str, str]]:
     """What was noticed of arms that have a model."""
-    return [(arm.name, arm.message) for arm in _worst_first(found) if arm.status == "converged" and arm.message]
+    return [(arm.name, retold(arm.message)) for arm in _worst_first(found) if arm.status == "converged" and arm.message]
 
 
-def _drawing(found: Fleet) -> Figure:
-    arms = [arm for arm in reversed(_worst_first(found)) if arm.unit == "mm" and None not in (arm.before, arm.after)]
+def _drawing(found: Fleet, folder: Path | None) -> Figure:
+    """Errors of all arms, the worst first, and the limit beyond which the verdict names them."""
+    arms = [arm for arm in _worst_first(found) if arm.unit == "mm" and None not in (arm.before, arm.after)]
     place = list(range(1, len(arms) + 1))
     names = [quote(arm.name, safe=" ") for arm in arms]
+    limit = _limit(found)
     traces = []
     key = [Key(_("nominal"), figures.BEFORE, "point"), Key(_("calibrated"), figures.AFTER, "point")]
     for entry, field in zip(key, ("before", "after"), strict=True):
         values = [getattr(arm, field) for arm in arms]
-        trace = figures.points(place, values, entry.colour, 5, hover=f"{entry.label}: %{{y:.3g}} mm, %{{text}}")
+        trace = figures.points(place, values, entry.colour, 6, hover=f"{entry.label}: %{{y:.3g}} mm, %{{text}}")
         traces.append(trace | {"text": names})
+    if len(arms) > 1:
+        key.append(Key(_("{times} times the median arm", times=OUTSTANDING), figures.ALERT, "dash"))
+        traces.append(figures.line([0.5, len(arms) + 0.5], [limit, limit], figures.ALERT, "dash"))
     sizes = [float(size) for arm in arms for size in (arm.before, arm.after) if size]
+    sizes += [limit] if len(arms) > 1 else []
     steps = {"dtick": 1} if len(arms) <= _EACH_TICKED else {}
     drawn = figures.layout(
-        _("arms, the best first"),
+        _("arms, the worst first"),
         _("RMS error (mm), logarithmic"),
-        xaxis=steps,
+        xaxis=steps | {"range": [0.3, len(arms) + 0.7]},
         yaxis={"type": "log", "exponentformat": "none"} | figures.log_ticks(sizes),
     )
     alt = _("Root mean square error of every arm, nominal and calibrated, sorted by the latter.")
-    return Figure("fleet", _("Error of every arm"), alt, traces, drawn, columns=6, height=380, key=key)
+    pages = [_page_of(arm, folder) for arm in arms]
+    note = _("A click on an arm opens its page.") if any(pages) else ""
+    return Figure(
+        "fleet", _("Error of every arm"), alt, traces, drawn, note, columns=6, height=380, key=key, pages=pages
+    )

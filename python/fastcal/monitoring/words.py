@@ -117,7 +117,10 @@ def _act(cause: Cause, _: Translate) -> str:
     if cause.kind == "link":
         return _("check {link} and its bolts for collision damage", link=owner)
     if cause.kind == "noise":
-        return _("check the instrument, the target's seat and the arm's brakes for vibration")
+        return _(
+            "check the instrument, the target's seat and the arm's brakes for vibration; after a collision calibrate "
+            "again"
+        )
     if cause.kind == "row":
         return _("measure that pose again")
     return _("check the gear and bearings of {owner}", owner=_place(cause.label.partition("@")[2], _))
@@ -128,7 +131,12 @@ def cause_text(cause: Cause, _: Translate = plain) -> str:
     if cause.kind == "noise":
         (change,) = cause.changes
         was, now = f"{change.was:.3f}", f"{change.value:.3f}"
-        text = _("the noise has grown from {was} to {now} {unit}", was=was, now=now, unit=change.unit)
+        text = _(
+            "the errors have grown from {was} to {now} {unit} like noise: no single change of the arm explains them",
+            was=was,
+            now=now,
+            unit=change.unit,
+        )
     elif len(cause.changes) == 1:
         text = _("{what} by {size}", what=spoken(cause.label, _), size=size_text(cause.changes[0]))
     else:

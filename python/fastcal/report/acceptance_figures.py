@@ -35,7 +35,10 @@ def arm_in_space(found: Acceptance) -> Figure:
 def _accuracies(found: Acceptance) -> Figure:
     """AP and RP of each pose with U, and the limits."""
     traces, key = [], []
-    for symbol, colour, mark in (("AP", figures.AFTER, "point"), ("RP", figures.BEFORE, "point")):
+    for symbol, colour, mark, dash in (
+        ("AP", figures.AFTER, "point", "dash"),
+        ("RP", figures.BEFORE, "point", "dot"),
+    ):
         several = [each for each in found.figures if each.figure.symbol == symbol]
         if not several:
             continue
@@ -50,8 +53,8 @@ def _accuracies(found: Acceptance) -> Figure:
         for limit in limits:
             edge = float(from_si(limit, "mm"))
             ends = [where[0], where[-1]]
-            traces.append(figures.line(ends, [edge, edge], figures.ALERT, "dash", hover=f"{edge:g} mm"))
-            key.append(Key(_("limit of {symbol}", symbol=symbol), figures.ALERT, "dash"))
+            traces.append(figures.line(ends, [edge, edge], figures.ALERT, dash, hover=f"{edge:g} mm"))
+            key.append(Key(_("limit of {symbol}", symbol=symbol), figures.ALERT, dash))
     drawn = figures.layout(_("pose"), _("AP, RP (mm)"), yaxis={"rangemode": "tozero"}, xaxis={"type": "category"})
     alt = _("Accuracy and repeatability of each pose with their expanded uncertainty, and the limits.")
     return Figure("accuracies", _("Accuracy and repeatability"), alt, traces, drawn, columns=3, height=330, key=key)

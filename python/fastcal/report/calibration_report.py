@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
@@ -28,7 +29,7 @@ from fastcal.report.pictures import picture_part
 from fastcal.report.sections import who_measured
 from fastcal.report.tables import capitalised, in_words
 from fastcal.report.view import Rows, rows_of
-from fastcal.report.words import caveat_text, ending, listed, trusted, verdict
+from fastcal.report.words import Verdict, caveat_text, ending, listed, trusted, verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def _page(
         simulated=simulated,
         sources=_sources(result),
         who=who_measured(result.model.made_by),
-        verdict=verdict(result, train, test, trends),
+        verdict=_judged(verdict(result, train, test, trends), limit),
         steps=[capitalised(step(result, is_why_told=True))],
         gap=gap_figures(result),
         tiles=_tiles(result, sets),
@@ -129,23 +130,35 @@ def _page(
     )
 
 
+def _judged(found: Verdict, limit: LimitJudged | None) -> Verdict:
+    """The verdict where an acceptance limit was set: nothing is good that misses it, or may miss it."""
+    if limit is None or limit.verdict == "pass" or found.tone == "bad":
+        return found
+    if limit.verdict == "fail":
+        return replace(found, tone="bad", word=_("Limit not met"))
+    return replace(found, tone="caution", word=_("With remarks") if found.tone == "good" else found.word)
+
+
 def gap_figures(result: CalibrationResult) -> list[Figure]:
     """The error with base and tool alone, what was identified takes of it, what remains, and the noise.
 
-    Of test poses where there are any. None where nothing was identified, or the noise is not known.
+    Of test poses where there are any, else of those of the fit that the verdict speaks of. None where nothing was
+    identified, or the noise is not known.
     """
     judged = result.test or result.train
     of = judged.main
     if of is None or result.status != "converged" or of.kind.name not in result.noise:
         return []
-    before, after = of.statistics
+    outliers = [] if result.test or result.loss == "none" else result.train.places(result.outliers)
+    kept = of.without(outliers) if len(outliers) else (None, None)
+    before, after = of.statistics if None in kept else kept
     if before is None or after is None:
         return []
     name = _("the geometry and effects") if result.model.entries else _("the geometry")
     steps = [(first := _("base and tool alone"), of.kind.shown(before.rms)), (name, of.kind.shown(after.rms))]
     floor = of.kind.shown(result.noise[of.kind.name].value) * of.width**0.5
-    on = _("test poses") if result.test else _("fitted poses")
-    return [waterfall(steps, floor, on, of.kind.unit, first=first)]
+    on = _("fitted poses") if None in kept else _("fitted poses without outliers")
+    return [waterfall(steps, floor, _("test poses") if result.test else on, of.kind.unit, first=first)]
 
 
 def limit_sentence(limit: LimitJudged) -> str:

@@ -22,8 +22,8 @@ from fastcal.report.arm import checked_arm, joined_arms
 from fastcal.report.cell_report import cell_page, scene_sections
 from fastcal.report.cell_scene import ARMS, cell_scene, pictures_scene
 from fastcal.report.formatting import plural, significant
-from fastcal.report.language import _, in_language
-from fastcal.report.sections import TONES, Section, p_text, state_word
+from fastcal.report.language import _, in_language, retold
+from fastcal.report.sections import TONES, Section, p_text, printed, state_word
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
 from fastcal.report.workspace import scene
@@ -46,15 +46,17 @@ def check_page(found: CellCheck, language: str = "en") -> str:
 
 def _check_page(found: CellCheck) -> str:
     state = "changed" if found.within_tolerance is False else found.verdict
-    notes = [f"{each.way.name}: {each.way.words(_(reason))}" for each in found.ways for reason in each.found.reasons]
+    notes = [
+        f"{each.way.name}: {printed(each.way.words(_(reason)))}" for each in found.ways for reason in each.found.reasons
+    ]
     sections = [
         *scene_sections(_scene(found)),
         Section("ways", _("Readings taken"), tables=[_way_table(found)], notes=notes),
     ]
     if any(each.found.causes for each in found.ways):
         sections.append(Section("causes", _("What explains it"), tables=[_cause_table(found)]))
-    told = {each.way.name: f"{each.way.name}: {each.way.words(_(each.found.sentence))}" for each in found.ways}
-    remarks = [Remark(told[each.way.name], each.state != "holds", "ways") for each in found.ways]
+    told = {each.way.name: f"{each.way.name}: {printed(each.way.words(_(each.found.sentence)))}" for each in found.ways}
+    remarks = [Remark(told[each.way.name], False, "ways") for each in found.ways if each.state == "holds"]
     other = [told[each.way.name] for each in found.ways if each.state != "holds"]
     headline = " ".join(other) or _(
         "The cell's model still holds: the readings of each target agree with it to within the noise."
@@ -130,7 +132,7 @@ def write_whole_check(found: WholeCheck, path: str | os.PathLike[str], *, langua
 
 def _whole_page(found: WholeCheck) -> str:
     state = "changed" if found.within is False else found.verdict
-    notes = [*found.notes]
+    notes = [*map(retold, found.notes)]
     if found.blind:
         blind = ", ".join(in_words(name) for name in found.blind)
         notes.append(_("These readings do not show whether this moved: {what}.", what=blind))
@@ -201,7 +203,7 @@ def picture_check_page(found: PictureCheck, part: Evaluation, model: Robot, lang
         if found.moved:
             sections.append(Section("causes", _("What explains it"), tables=[_moved_table(found.moved)]))
         if found.notes:
-            sections.append(Section("notes", _("Notes"), notes=list(found.notes)))
+            sections.append(Section("notes", _("Notes"), notes=[*map(retold, found.notes)]))
         return page.render(
             "monitoring.html",
             title=_("Check of {robot}", robot=model.name),

@@ -14,7 +14,7 @@ from fastcal.io.results import write_json
 from fastcal.report.cell_report import cell_page
 from fastcal.report.comparison_report import difference_table
 from fastcal.report.formatting import significant
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, in_language, retold
 from fastcal.report.monitoring_files import COMPARISON_FILES as FILES
 from fastcal.report.monitoring_files import write_comparison
 from fastcal.report.sections import Section
@@ -54,7 +54,7 @@ def comparison_page(found: CellComparison, language: str = "en") -> str:
                 "caution" if different else "good",
                 _("Different") if different else _("Alike"),
                 _headline(found),
-                [Remark(note, True, "") for note in found.notes],
+                [Remark(retold(note), True, "") for note in found.notes],
             ),
             tiles,
             sections,

@@ -28,7 +28,7 @@ from fastcal.report.diagnosis_words import VERDICTS, spoken
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import significant
 from fastcal.report.kind_words import kind_title
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, in_language, retold
 from fastcal.report.sections import Section
 from fastcal.report.tables import Cell, Column, Group, Table, unit_text
 from fastcal.report.words import Remark, Verdict, listed
@@ -80,7 +80,7 @@ def _diagnosis_page(found: CellDiagnosis) -> str:
     if reasons := [line for of in found.effects for line in _reasons(found, of)]:
         sections.append(Section("reasons", _("Why no grade is better"), notes=reasons, folded=True))
     if found.notes:
-        sections.append(Section("notes", _("Notes"), notes=found.notes))
+        sections.append(Section("notes", _("Notes"), notes=[*map(retold, found.notes)]))
     verdict = Verdict(tone, _(word), _missing(found), _remarks(found.effects))
     tiles = [*_gap_tiles(found.gap)]
     tiles += [(each.way.name, _(VERDICTS[each.found.verdict][0]), _arms(each)) for each in found.ways]
@@ -186,7 +186,7 @@ def _gap_table(gap: Sequence[CellStep]) -> Table:
 def _missing(found: CellDiagnosis) -> str:
     """`found.sentence` in the language of the page."""
     listed, more = found.told
-    named = [_("{cause} (grade {grade})", cause=of.finding.label, grade=of.finding.grade) for of in listed]
+    named = [_("{cause} (grade {grade})", cause=_name(of), grade=of.finding.grade) for of in listed]
     named += [_("{count} more that are merely possible (grade C)", count=more)] if more else []
     rest = [
         _(
@@ -199,7 +199,7 @@ def _missing(found: CellDiagnosis) -> str:
     ]
     if not named and not rest:
         return _("No missing effect is detectable above the noise of these readings.")
-    return " ".join([*([_("Missing: {causes}.", causes=", ".join(named))] if named else []), *rest])
+    return " ".join([*([f"{'; '.join(named)}."] if named else []), *rest])
 
 
 def _remarks(effects: Sequence[CellFinding]) -> list[Remark]:
@@ -207,7 +207,7 @@ def _remarks(effects: Sequence[CellFinding]) -> list[Remark]:
         Remark(
             _(
                 "{cause}: not in the readings of {targets}",
-                cause=of.finding.label,
+                cause=_name(of),
                 targets=", ".join(of.not_seen_by),
             ),
             True,

@@ -28,10 +28,10 @@ from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
 from fastcal.report.gap import waterfall
 from fastcal.report.kind_words import kind_title, noise_text
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, in_language, retold
 from fastcal.report.parameter_sizes import moved_in_cell, sizes_figure
 from fastcal.report.sections import Section
-from fastcal.report.tables import Cell, Column, Group, Table, capitalised, number_cell, spaced, unit_text
+from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, spaced, unit_text
 from fastcal.report.words import Verdict
 from fastcal.said import said
 
@@ -77,14 +77,14 @@ def _calibration_page(found: CellResult) -> str:
         *_sizes(found),
         *(_arm_section(name, own) for name, own in _by_arm(found)),
     ]
-    if held := [spaced(of.direction) for of in found.unidentifiable]:
+    if held := [in_words(of.direction) for of in found.unidentifiable]:
         lead = _("{directions}, held at the values in the file", directions=plural(len(held), "direction"))
         sections.append(Section("held", _("What no reading determines"), lead, notes=held, folded=True))
     if found.outliers:
         rows = ", ".join(map(str, found.outliers))
         text = _("Rows whose error the noise does not explain, counted from 0: {rows}.", rows=rows)
         sections.append(Section("outliers", _("Outliers"), text))
-    if notes := [*found.notes, *([found.held] if found.held else [])]:
+    if notes := [retold(note) for note in (*found.notes, found.held) if note]:
         sections.append(Section("notes", _("Notes"), notes=notes))
     tone, word = _TONES[found.status][0], _(_TONES[found.status][1])
     verdict = Verdict(tone, word, _headline(found), [])

@@ -18,7 +18,17 @@ from fastcal.report.formatting import fixed, significant, with_uncertainty
 from fastcal.report.language import _, in_language
 from fastcal.report.parameter_sizes import Moved, differences_at_tool, sizes_figure
 from fastcal.report.sections import Section, bare, p_text, present
-from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
+from fastcal.report.tables import (
+    Cell,
+    Column,
+    Group,
+    Table,
+    after_number,
+    capitalised,
+    in_words,
+    number_cell,
+    unit_text,
+)
 from fastcal.report.words import Remark, Verdict
 from fastcal.robot.robot import Robot
 from fastcal.units import from_si
@@ -122,10 +132,10 @@ def _changed(d: Difference) -> str:
     name = in_words(f"{d.owner} {bare(d.name, d.unit)}")
     values = [v for v in (d.a, d.b, d.difference) if v is not None]
     std, *texts = with_uncertainty(d.std, *values)
-    numbers = {"name": capitalised(name), "unit": unit_text(d.unit), "change": f"{texts[-1]} ± {std}"}
+    numbers = {"name": capitalised(name), "unit": after_number(unit_text(d.unit)), "change": f"{texts[-1]} ± {std}"}
     if d.a is None or d.b is None:
-        return _("{name} differs by {change} {unit}.", **numbers)
-    return _("{name} differs by {change} {unit}, from {a} to {b} {unit}.", a=texts[0], b=texts[1], **numbers)
+        return _("{name} differs by {change}{unit}.", **numbers)
+    return _("{name} differs by {change}{unit}, from {a} to {b}{unit}.", a=texts[0], b=texts[1], **numbers)
 
 
 def _unexplained(found: Comparison) -> str:

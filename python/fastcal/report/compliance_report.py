@@ -110,7 +110,7 @@ def _figure(found: Compliance, own: JointCurve) -> Figure:
         figures.points(own.torque, angle, figures.BEFORE, 5, 0.5, hover=hover),
         figures.line(along, law, figures.AFTER, "solid", hover=hover),
     ]
-    drawn = figures.layout(_("torque about the joint (N m)"), _("deflection (deg)"))
+    drawn = figures.layout(_("torque about the joint (N m)"), _("deflection (°)"))
     joint = in_words(own.owner)
     alt = _("Deflection of {joint} against the torque about it: every row, and the identified law.", joint=joint)
     return Figure(f"joint-{own.owner}", capitalised(joint), alt, traces, drawn, columns=6, height=320, key=key)

@@ -19,7 +19,7 @@ from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import fixed, percent, significant
 from fastcal.report.gap import TAKEN
 from fastcal.report.language import _, decimal_sign
-from fastcal.report.tables import capitalised
+from fastcal.report.tables import capitalised, spaced
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Diagnosis
@@ -41,7 +41,9 @@ def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure |
     if not shown or found.verdict == "none":  # where nothing is missing there is nothing to have a share of
         return None
     is_given = [r.because.reason is Reason.GIVEN for r in shown]
-    names = [capitalised(told(spoken(r.label))) for r in shown]
+    # The name of an arm is as its file has it.
+    spoken_of = [(spoken(r.label), told(spoken(r.label))) for r in shown]
+    names = [capitalised(plain) if own == plain else spaced(own) for plain, own in spoken_of]
     share = [100 * max(r.share, 0.0) for r in shown]
     bars: Trace = {
         "type": "bar", "orientation": "h", "x": share, "y": list(range(len(shown))), "width": 0.34,
@@ -58,12 +60,13 @@ def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure |
         },
         margin={"l": 10},
     )  # fmt: skip
+    reasons = [spaced(told(reason_in_brief(r.because))) for r in shown]
     drawn["annotations"] = [
         {
-            "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>: {told(reason_in_brief(r.because))}", "showarrow": False,
+            "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>: {reason}", "showarrow": False,
             "xanchor": "left", "yanchor": "bottom", "font": {"color": figures.INK},
         }
-        for k, (name, r) in enumerate(zip(names, shown, strict=True))
+        for k, (name, reason) in enumerate(zip(names, reasons, strict=True))
     ]  # fmt: skip
     key = [Key(_("named"), TAKEN, "solid"), Key(_("not named"), figures.BEFORE, "solid")]
     alt = _(

@@ -66,6 +66,7 @@ class Figure:
         narrow: What `Plotly.relayout` changes where the figure is narrower than a hand.
         names: What the numbers on a narrow figure's axes stand for, from 1.
         links: Where a click on the k-th line of a matrix leads: ids of the page.
+        pages: Where a click on the k-th point of a series leads: addresses beside the page, empty for none.
         postures: Of a scene with an arm: what its slider shows in each position, see `workspace.scene`.
         rows: Of a panel whose `traces` have a point a row of the training data, its number as customdata: a click
             chooses the row everywhere, and the trace `mark` shows what was chosen elsewhere.
@@ -88,6 +89,7 @@ class Figure:
     narrow: dict[str, Any] = field(default_factory=dict)
     names: list[str] = field(default_factory=list)
     links: list[str] = field(default_factory=list)
+    pages: list[str] = field(default_factory=list)
     postures: dict[str, Any] = field(default_factory=dict)
     rows: dict[str, Any] = field(default_factory=dict)
 

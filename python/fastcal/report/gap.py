@@ -14,6 +14,7 @@ from fastcal.report.language import _
 from fastcal.report.tables import capitalised, unit_text
 
 TAKEN = "#009e73"
+_TEXT = 0.25  # of the longest bar, about what a size takes on a narrow screen
 
 
 def waterfall(
@@ -50,11 +51,11 @@ def waterfall(
         "hovertemplate": "%{customdata}<extra></extra>",
     }  # fmt: skip
     ends = [-0.8, len(names) - 0.5]
-    top = max(b + h for b, h in zip(base, height, strict=True))
+    top = max(floor, *(b + h for b, h in zip(base, height, strict=True)))
     drawn = figures.layout(
         _("RMS error ({unit})", unit=unit),
         "",
-        xaxis={"range": [0, 1.16 * max(top, floor)]},
+        xaxis={"range": [0, 1.16 * top]},
         yaxis={
             "range": ends[::-1],
             "showgrid": False,
@@ -64,17 +65,18 @@ def waterfall(
         },
         margin={"l": 10},
     )
-    # Names stand above their bars and not beside them: so they have room on any screen.
+    # Names stand above their bars and not beside them: so they have room on any screen. The noise is drawn beside bars
+    # alone, sizes stand beyond it: no line runs through a word.
     texted = {"showarrow": False, "xanchor": "left", "font": {"color": figures.INK}}
-    texted |= {"bgcolor": "rgba(255,255,255,0.85)", "borderpad": 0}
     drawn["annotations"] = [
         texted | {"x": 0, "y": place - 0.3, "yanchor": "bottom", "text": capitalised(name)}
         for place, name in enumerate(names)
     ] + [
-        texted | {"x": b + h, "y": place, "yanchor": "middle", "text": text, "xshift": 3}
+        texted | {"x": _beyond(b + h, floor, top), "y": place, "yanchor": "middle", "text": text, "xshift": 4}
         for place, (b, h, text) in enumerate(zip(base, height, texts, strict=True))
     ]
-    traces = [bars, figures.line([floor, floor], ends, figures.INK, "dash")]
+    places = [y for place in range(len(names)) for y in (place - 0.3, place + 0.3, None)]
+    traces = [bars, figures.line([floor] * len(places), places, figures.INK, "dash")]
     key = [Key(_("error"), figures.BEFORE, "solid")]
     if len(steps) > 1:
         key += [Key(_("removed by an effect"), TAKEN, "solid"), Key(_("what remains"), figures.AFTER, "solid")]
@@ -86,8 +88,13 @@ def waterfall(
     )
     title = _("RMS error on the {poses}", poses=on)
     return Figure("gap", title, alt, traces, drawn, columns=6, height=90 + 54 * len(names), key=key,
-                  paper_height=56 + 32 * len(names),
-                  narrow={"xaxis.range": [0, 1.5 * max(top, floor)]})  # fmt: skip
+                  paper_height=56 + 38 * len(names),
+                  narrow={"xaxis.range": [0, 1.5 * top]})  # fmt: skip
+
+
+def _beyond(end: float, floor: float, top: float) -> float:
+    """Where the size of a bar is written that ends here: behind the line of the noise, where that would cross it."""
+    return floor if end < floor < end + _TEXT * top else end
 
 
 def _beside(size: float, floor: float) -> str:

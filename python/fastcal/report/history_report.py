@@ -31,17 +31,17 @@ def history_page(found: History, language: str = "en") -> str:
         checks = sum(e.kind == "check" for a in arms for e in a.events)
         tone = "bad" if any(a.state == "changed" for a in arms) else "caution" if bad else "good"
         headline = _headline(arms, bad)
-        sections = [
-            Section("all", _("All arms"), drawings=_over_time(arms)),
-        ]
+        one = len(arms) == 1
+        sections = [Section("all", _("Errors over time") if one else _("All arms"), drawings=_over_time(arms))]
         for k, arm in enumerate(arms[:MOST_ARMS]):
-            asks = arm in bad or len(arms) == 1
+            asks = arm in bad or one
             sections.append(_arm(k, arm, on_paper=asks and k < ON_PAPER, folded=not asks or k >= OPEN))
         table = Section("table", _("Table of all arms"), tables=[_fleet_table(arms)], folded=len(arms) > _FEW)
-        sections.insert(1, table)
+        if not one:
+            sections.insert(1, table)
         if found.notes:
             sections.append(Section("notes", _("Notes"), notes=found.notes))
-        title = arms[0].name if len(arms) == 1 else _("{count} arms", count=len(arms))
+        title = arms[0].name if one else _("{count} arms", count=len(arms))
         return page.render(
             "monitoring.html",
             title=_("History: {name}", name=title),
@@ -130,7 +130,8 @@ def _fleet_table(arms: list[ArmHistory]) -> Table:
 
 def _event_table(arm: ArmHistory) -> Table:
     columns = [Column(_("Date"), numeric=False), Column(_("What"), numeric=False), Column(_("RMS (mm)"))]
-    columns += [Column(_("Expected (mm)")), Column(_("Found"), numeric=False), Column(_("File"), numeric=False)]
+    columns += [Column(_("Expected (mm)")), Column(_("Found"), numeric=False)]
+    columns.append(Column(_("File"), numeric=False, whole=True))
     rows = []
     for e in arm.events:
         if e.kind == "model":

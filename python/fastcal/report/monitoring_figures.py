@@ -23,6 +23,7 @@ _MOST_TESTS = 14
 _CELLS = 14
 _ENDS_AT = 3.0  # the colours of RMS found over expected
 _RATIOS = [[0.0, "#dfe9ef"], [0.34, "#9cc3d8"], [0.5, "#f4b860"], [1.0, "#a11d1d"]]
+_NARROW_MONTHS = 3  # that are named below a matrix on a narrow screen
 ALL_NAMED = 40  # arms: of more each has a line of few pixels
 _HEAT = [[0.0, "#f2f6f9"], [0.5, "#6ba3c2"], [1.0, "#0b3f5e"]]
 _MOST_CHARTS = 4
@@ -182,6 +183,7 @@ def months(arms: Sequence[ArmHistory]) -> Figure | None:
         "months", _("Every arm, month by month"), alt, [heat, marks], drawn, note,
         key=[Key(_("alarm"), figures.INK, "cross")], height=110 + (7 if many else 22) * len(arms),
         links=[f"arm-{k}" for k in range(len(arms))],
+        narrow={"xaxis.tickvals": columns[:: -(-len(columns) // _NARROW_MONTHS)]},
     )  # fmt: skip
 
 

@@ -67,8 +67,12 @@ def _encode(value: Any) -> Any:
 
 
 def prose(text: str) -> Markup:
-    """A sentence, escaped, in which what stands between two `backticks` is a command or a name in code."""
-    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))  # noqa: S704  escaped
+    """A sentence, escaped, in which what stands between two `backticks` is a command or a name in code.
+
+    An option, such as -o, does not end a line behind its hyphen.
+    """
+    coded = re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text)))
+    return Markup(re.sub(r"(?<=\s)--?[a-z][a-z-]*", r'<span class="option">\g<0></span>', coded))  # noqa: S704  escaped
 
 
 def opening(text: str) -> tuple[str, str]:

@@ -52,10 +52,11 @@ def state_word(state: str) -> str:
 
 def translated(message: str, /, **values: Any) -> str:
     """`_` with the signs of the page in its values: its decimal sign, ± and °."""
-    return _(message, **{name: _printed(str(value)) for name, value in values.items()})
+    return _(message, **{name: printed(str(value)) for name, value in values.items()})
 
 
-def _printed(text: str) -> str:
+def printed(text: str) -> str:
+    """A text of the terminal with the signs of the page."""
     text = re.sub(r"(?<=\d)\.(?=\d)", decimal_sign(), text.replace(" +- ", " ± "))
     return re.sub(r"(?<=\d) deg\b", "°", re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text))
 

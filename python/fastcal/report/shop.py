@@ -13,7 +13,7 @@ import numpy as np
 from fastcal.effects.entries import traits_of
 from fastcal.report.formatting import significant, with_uncertainty
 from fastcal.report.language import _
-from fastcal.report.tables import unit_text
+from fastcal.report.tables import after_number, unit_text
 from fastcal.said import said
 from fastcal.units import UNITS, ShopUnit, factor, parse_name, shop_unit, unit_names
 
@@ -95,16 +95,16 @@ def value_text(name: str, value: float, std: float | None) -> str:
     spoken = spoken_unit(unit, max(abs(size), deviation or 0.0))
     shown = spoken.of(size)
     if deviation is None or not deviation > 0:
-        return f"{significant(shown)} {spoken.text}".strip()
+        return f"{significant(shown)}{after_number(spoken.text)}"
     texts = with_uncertainty(spoken.of(deviation), shown)
-    return f"{texts[1]} ± {texts[0]} {spoken.text}".strip()
+    return f"{texts[1]} ± {texts[0]}{after_number(spoken.text)}"
 
 
 def size_text(unit: str, size: float) -> str:
     """A size [in `unit`] with two digits and the unit in common use."""
     si = in_si(size, unit)
     spoken = spoken_unit(unit, si)
-    return f"{significant(spoken.of(si), 2)} {spoken.text}".strip()
+    return f"{significant(spoken.of(si), 2)}{after_number(spoken.text)}"
 
 
 def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tuple[str, str]]:

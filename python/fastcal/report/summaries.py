@@ -244,7 +244,7 @@ def _(result: CalibrationResult) -> list[str]:
                     **{name: sized(of.kind, size) for name, size in sizes.items()},
                 )
             )
-            left = of.after_without(gross) if part is result.train and len(gross) else None
+            left = of.without(gross)[1] if part is result.train and len(gross) else None
             if left is not None:
                 lines.append(
                     translated(

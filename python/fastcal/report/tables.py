@@ -59,10 +59,16 @@ class Cell:
 
 @dataclass(frozen=True)
 class Column:
-    """A column's heading; `numeric` columns are set right, with figures of equal width."""
+    """A column's heading; `numeric` columns are set right, with figures of equal width, `whole` ones never broken."""
 
     title: str
     numeric: bool = True
+    whole: bool = False
+
+    @property
+    def style(self) -> str:
+        """Its classes in the page."""
+        return " ".join([*(["number"] if self.numeric else []), *(["whole"] if self.whole else [])])
 
 
 @dataclass(frozen=True)
@@ -98,8 +104,15 @@ def unit_text(unit: str) -> str:
     return _UNIT_TEXTS.get(unit, unit)
 
 
+def after_number(unit: str) -> str:
+    """A unit as it is printed, behind a number: with the space before it, which degrees do not have."""
+    return unit if unit in ("", "°") else f" {unit}"
+
+
 def spaced(text: str) -> str:
-    """A text of the core as it is printed: `joint2 theta` -> joint 2 theta."""
+    """A text of the core as it is printed: `joint2 theta` -> joint 2 theta, `station2_y` -> station 2 y."""
+    text = re.sub(r"\bstation(\d+)_", "station\N{NO-BREAK SPACE}\\1 ", text)
+    text = re.sub(r"\b(from|to)_([xyz])\b", "\\1 \\2", text)
     return re.sub(r"\b(joint|link)(\d+)\b", "\\1\N{NO-BREAK SPACE}\\2", text)
 
 
@@ -109,9 +122,11 @@ def in_words(text: str) -> str:
         "joint": _("joint"),
         "link": _("link"),
         "base": _("base"),
+        "station": _("station"),
         "tool": _("tool"),
         "compliance": _("compliance"),
         "and": _("and"),
+        "more": _("more"),
         "move together": _("move together"),
         "turn together": _("turn together"),
         "is not observable": _("is not observable"),

@@ -114,7 +114,8 @@ class Rows:
     @cached_property
     def variables(self) -> list[Variable]:
         """Joints and conditions that differ between the rows."""
-        return [variable for variable in (*self.joints, *self.conditions) if _varies(variable.values)]
+        joints = [joint for joint in self.joints if _varies(joint.values, _STILL)]
+        return [*joints, *(condition for condition in self.conditions if _varies(condition.values))]
 
     @cached_property
     def trends(self) -> dict[str, Trend]:
@@ -136,6 +137,7 @@ class Rows:
         return np.asarray(np.isfinite(parts).all(axis=1))
 
 
+_STILL = 1e-6  # [deg or mm] passive joints of closed loops move by rounding
 _OF_A_POSE = ("x", "y", "z", "rz", "ry", "rx")  # what the joints of an arm of poses are, in their order
 
 # Of each evaluation, as long as it is there: the page and the line about what to do next look for the same trends.
@@ -200,8 +202,8 @@ def _parts(main: KindErrors) -> list[str]:
     """Names of the numbers of a row, instrument by instrument."""
     names: tuple[str, ...] = {"position": ("x", "y", "z"), "orientation": ("rx", "ry", "rz")}.get(main.kind.name, ())
     if len(names) != main.width:
-        axes = "xyz"[: main.width]
-        names = (main.kind.name,) if main.width == 1 else tuple(f"{main.kind.name} {axis}" for axis in axes)
+        axes, kind = "xyz"[: main.width], _(main.kind.name)
+        names = (kind,) if main.width == 1 else tuple(f"{kind} {axis}" for axis in axes)
     several = main.numbers.shape[1]
     return [f"{name} {k + 1}" if several > 1 else name for k in range(several) for name in names]
 
@@ -249,6 +251,7 @@ def _conditions(data: Dataset, numbers: NDArray[np.intp]) -> list[Variable]:
     return found
 
 
-def _varies(values: Array) -> bool:
+def _varies(values: Array, least: float = 0.0) -> bool:
+    """Do they differ by more than that?"""
     known = values[np.isfinite(values)]
-    return len(known) > 1 and bool(np.ptp(known) > 0.0)
+    return len(known) > 1 and bool(np.ptp(known) > least)

@@ -20,7 +20,8 @@ ARM = "ur5e"
 HEAD = "# A simulation by fastcal studio --demo: no real arm was measured.\n"
 ROWS, FLEET = 60, 20
 NOISE_M = 3e-5
-COMPLIANCE = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 4e-6}}
+COMPLIANCE_RAD_NM = 4e-6  # of joint 2
+WORN, WORN_TIMES = 7, 5  # the arm of the fleet whose reducer yields so many times as much
 PROGRAM = """def demo():
   set_tcp(p[0, 0, 0.1, 0, 0, 0])
   movej([0.30, -1.40, 1.60, -1.70, -1.50, 0.20], a=1.0, v=0.5)
@@ -68,14 +69,18 @@ def _write_fleet(project: Project, nominal: fastcal.Robot) -> None:
     for arm in range(FLEET):
         q = fastcal.random_poses(nominal, 40, seed=10 + arm)
         name = f"cell_{arm + 1}"
-        fastcal.write_measurements(folder / f"{name}.csv", _measured(nominal, q, 10 + arm), nominal.joint_types)
+        times = WORN_TIMES if arm + 1 == WORN else 1
+        fastcal.write_measurements(folder / f"{name}.csv", _measured(nominal, q, 10 + arm, times), nominal.joint_types)
         rows["robot"].append(ARM)
         rows["data"].append(f"fleet_data/{name}.csv")
         rows["name"].append(name)
     write_csv(project.path("arms.csv"), rows)
 
 
-def _measured(nominal: fastcal.Robot, q: np.ndarray, seed: int) -> fastcal.Dataset:
+def _measured(nominal: fastcal.Robot, q: np.ndarray, seed: int, times: int = 1) -> fastcal.Dataset:
+    """Joint 2 yields so many times as much as a healthy one."""
+    parameters = {"compliance_rad_nm": times * COMPLIANCE_RAD_NM}
+    yielding = {"effect": "joint_compliance", "owner": "joint2", "parameters": parameters}
     base = {"xyz_mm": [1800.0, -650.0, 310.0], "rpy_deg": [0.4, -0.3, 155.0]}
-    real = nominal.with_(base=base, effects=[COMPLIANCE])
+    real = nominal.with_(base=base, effects=[yielding])
     return fastcal.simulate(fastcal.perturbed(real, seed=seed), q, noise=NOISE_M, seed=seed)

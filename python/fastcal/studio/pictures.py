@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 Figure = dict[str, Any]
 
 BLUE, GREEN, RED, GREY, AMBER = "#1f5f8b", "#2e7d4f", "#b3261e", "#8a8f98", "#c77700"
-_CAMERA = {"eye": {"x": 1.3, "y": 1.3, "z": 0.7}, "center": {"x": 0.0, "y": 0.0, "z": -0.1}}
+_CAMERA = {"eye": {"x": 1.55, "y": 1.55, "z": 0.85}, "center": {"x": 0.0, "y": 0.0, "z": -0.1}}
 _POSTURES = 256  # of which the space that an arm needs is found
 _CONFIG = {"displaylogo": False, "responsive": True, "displayModeBar": False}
 

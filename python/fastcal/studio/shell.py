@@ -7,6 +7,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from html import escape
 from typing import Any
 
 from nicegui import ui
@@ -129,10 +130,12 @@ def onward(text: str, to: str) -> ui.button:
 
 
 def command_line(line: str) -> None:
-    """A command that does what the screen did, to copy."""
+    """A command that does what the screen did, to copy; a line of it does not end within a word."""
+    whole = '<span class="inline-block max-w-full break-all">{}</span>'
+    words = " ".join(whole.format(escape(word)) for word in line.split(" "))
     with ui.row().classes("w-full items-center no-wrap studio-command"):
         ui.icon("terminal")
-        ui.label(line).classes("font-mono text-sm break-all").props('data-test="command"')
+        ui.html(words, sanitize=False).classes("font-mono text-sm").props('data-test="command"')
         copy = ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(line)).props("flat dense round")
         copy.props(f'aria-label="{_("Copy the command")}"')
 

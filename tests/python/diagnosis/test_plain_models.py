@@ -169,10 +169,12 @@ def test_the_error_of_held_out_poses_is_in_metres() -> None:
     """White noise, p parameters of m numbers: about sigma sqrt(3) (1 + p / 2 m) a row."""
     data = rows(perturbed(bare_arm(), seed=5), 400, 4)
     white = fit(prepared_problem(bare_arm(), data, [], Noise((NOISE, 1e-4, NOISE)), 1), [])
-    every, points = np.ones(400, dtype=bool), kind_named(POINTS)
-    assert HeldOut(white).rms(every, points) == pytest.approx(NOISE * np.sqrt(3) * 1.01, rel=0.06)
-    assert HeldOut(white).rms(every & (np.arange(400) < 200), points) == pytest.approx(NOISE * np.sqrt(3), rel=0.1)
-    assert np.isnan(HeldOut(white).rms(~every, points))
+    every, points, left = np.ones(400, dtype=bool), kind_named(POINTS), np.zeros((400, 3))
+    assert HeldOut(white).rms(every, points, left) == pytest.approx(NOISE * np.sqrt(3) * 1.01, rel=0.06)
+    assert HeldOut(white).rms(every & (np.arange(400) < 200), points, left) == pytest.approx(
+        NOISE * np.sqrt(3), rel=0.1
+    )
+    assert np.isnan(HeldOut(white).rms(~every, points, left))
 
 
 def test_a_gap_that_is_closed_looks_closed_without_test_poses() -> None:

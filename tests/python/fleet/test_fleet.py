@@ -237,6 +237,23 @@ def test_the_page_says_first_what_became_of_the_arms_and_leads_to_their_pages(fl
     assert f'<a href="{quote(second.name)}/report.html">' not in document
 
 
+def test_the_drawing_begins_with_the_worst_and_a_click_opens_its_page(fleet: Fleet, tmp_path: Path) -> None:
+    """With the limit beyond which the verdict names an arm: twice the median error."""
+    done = [arm for arm in fleet if arm.after_mm is not None]
+    (tmp_path / done[1].name).mkdir()
+    (tmp_path / done[1].name / "report.html").write_text("")
+    errors = [0.1, 0.3, 0.12]
+    arms = [replace(arm, after=size, after_mm=size) for arm, size in zip(done, errors, strict=False)]
+    document = fleet_page(Fleet(arms), tmp_path)
+    drawing = document.split('id="figure-fleet"')[1].split('<script type="application/json">')[1].split("</script>")[0]
+    drawn = json.loads(drawing)
+    _nominal, calibrated, limit = drawn["data"]
+    assert calibrated["y"] == [0.3, 0.12, 0.1]
+    assert limit["y"] == pytest.approx([0.24, 0.24])
+    assert drawn["pages"] == [f"{quote(done[1].name)}/report.html", "", ""]
+    assert "A click on an arm opens its page." in document
+
+
 def test_what_was_noticed_of_an_arm_is_on_the_page(fleet: Fleet) -> None:
     """Below the table, where a sentence has room, of arms that have a model; the others have a list of their own."""
     arms = [replace(arm, message="the residuals depend on the posture") for arm in fleet]

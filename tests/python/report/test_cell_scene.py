@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 import fastcal
-from fastcal import _core
+from fastcal import _core, report
 from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
@@ -57,6 +57,26 @@ def named(drawn: Figure, name: str) -> int:
         if name in texts:
             return int(part["through"][list(texts).index(name)])
     raise AssertionError(name)
+
+
+def test_on_paper_the_cell_stands_at_the_left_edge_below_its_key(chromium: Any, tmp_path: Path) -> None:
+    """The key of several arms took the place of the drawing, which stood small at the right."""
+    figure = (
+        '<figure class="figure columns-6 scene"><div class="figure-head"><h3>The cell</h3></div>'
+        '<span class="key">left right</span><div class="plot" style="height: 600px"></div>'
+        '<label class="posture">row 5</label><figcaption>Each arrow</figcaption></figure>'
+    )
+    style = (Path(report.__file__).parent / "templates" / "page.css").read_text(encoding="utf-8")
+    (tmp_path / "page.html").write_text(f"<!DOCTYPE html><style>{style}</style><body>{figure}</body>")
+    shown = chromium.new_page(viewport={"width": 687, "height": 900})
+    shown.goto((tmp_path / "page.html").as_uri())
+    shown.emulate_media(media="print")
+    box = {name: shown.locator(name).bounding_box() for name in (".scene", ".key", ".plot", "figcaption")}
+    shown.close()
+    assert box[".plot"]["x"] == pytest.approx(box[".scene"]["x"])
+    assert box[".plot"]["width"] == pytest.approx(440)
+    assert box[".plot"]["y"] >= box[".key"]["y"] + box[".key"]["height"] - 1
+    assert box["figcaption"]["x"] > box[".plot"]["x"] + 440
 
 
 @pytest.fixture

@@ -255,7 +255,20 @@ def test_the_waterfall_adds_up() -> None:
     bars = figure.traces[0]
     assert bars["x"] == pytest.approx([0.5, 0.2, 0.05, 0.35])
     assert bars["base"] == pytest.approx([0.0, 0.3, 0.3, 0.0])
-    assert figure.traces[1]["x"] == [0.1, 0.1]
+    assert set(figure.traces[1]["x"]) == {0.1}
+    assert [y for y in figure.traces[1]["y"] if y is not None] == pytest.approx(
+        [-0.3, 0.3, 0.7, 1.3, 1.7, 2.3, 2.7, 3.3]
+    )
+
+
+def test_no_line_runs_through_a_word_of_the_waterfall() -> None:
+    """The line of the noise stands beside bars alone; a size that it would cross is written behind it."""
+    figure = waterfall([("base and tool alone", 1.8), ("the geometry", 0.05)], 0.06, "test poses")
+    *names, first, step, rest = figure.layout["annotations"]
+    assert [name["y"] for name in names] == pytest.approx([-0.3, 0.7, 1.7])  # each ends above its bar and the line
+    assert [size["x"] for size in (first, step, rest)] == pytest.approx([1.8, 1.8, 0.06])
+    far = waterfall([("base and tool alone", 1.8), ("the geometry", 0.05)], 1.2, "test poses")
+    assert far.layout["annotations"][-1]["x"] == pytest.approx(0.05)  # it ends before the line
 
 
 def test_a_step_that_takes_next_to_nothing_does_not_take_minus_nothing() -> None:

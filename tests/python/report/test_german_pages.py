@@ -10,14 +10,18 @@ from pathlib import Path
 
 import pytest
 
-from . import pages_of_arms, pages_of_kinds  # noqa: F401 - their pages are cases too
+from fastcal.calibration.picture_readings import MEASURE_BOARD, focal_of, size_of
+from fastcal.report.language import _, in_language
+from fastcal.said import said
+
+from . import pages_of_arms, pages_of_cells, pages_of_kinds  # noqa: F401 - their pages are cases too
 from .pages_of_fits import CASES
 
 # Words that hardly an English sentence lacks, and no German one has.
 ENGLISH = {"the", "of", "and", "with", "from", "that", "are", "is", "were", "not", "this", "which", "has", "have", "by"}
-ENGLISH |= {"on", "its", "for", "be"}
+ENGLISH |= {"on", "its", "for", "be", "corners"}
 # Sentences of rooms that speak English alone (docs/architecture.md).
-ALONE = re.compile(r"^(fastcal|nonlinear least squares)")
+ALONE = re.compile(r"^(fastcal|nonlinear least squares|[0-9a-f]{64}$)")
 
 
 def english(page: str) -> list[str]:
@@ -32,6 +36,9 @@ def english(page: str) -> list[str]:
     "name",
     [
         "calibrate_good",
+        "calibrate_limit_missed",
+        "camera_diagnosed",
+        "cell_of_a_track",
         "calibrate_moved",
         "calibrate_few",
         "calibrate_wrong_rows",
@@ -49,6 +56,22 @@ def test_a_page_of_german_has_no_english(name: str, tmp_path: Path, monkeypatch:
     page = CASES[name](tmp_path).read_text(encoding="utf-8")
     assert '<html lang="de">' in page
     assert english(page) == []
+
+
+def test_a_board_or_lens_of_another_size_is_said_in_german() -> None:
+    told = said("board {name}: {text}", name="plate", text=size_of(1.024))
+    assert str(told).startswith("board plate: seen with this arm the board is 1.024 times as large")
+    with in_language("de"):
+        for text in (told, size_of(25.4), size_of(1 / 1000), focal_of(1.4), MEASURE_BOARD):
+            assert english(f"<p>{_(text)}</p>") == []
+        assert _(told).startswith("Tafel plate: mit diesem Roboter gesehen ist die Tafel 1,024-mal so groß")
+
+
+def test_a_percent_sign_stands_apart_in_german() -> None:
+    told = said("{share:.0%} and {size:.1f}", share=0.56, size=1.5)
+    assert told == "56% and 1.5"
+    with in_language("de"):
+        assert _(told) == "56\N{NARROW NO-BREAK SPACE}% and 1,5"
 
 
 def test_english_would_be_seen() -> None:

@@ -3,7 +3,6 @@
 """The pages of a check, an update, a comparison and a history: in a browser, on a phone, in both languages."""
 
 import html
-import json
 import re
 from dataclasses import replace
 
@@ -19,6 +18,8 @@ from fastcal.report.comparison_report import comparison_page
 from fastcal.report.history_report import history_page
 from fastcal.report.update_report import update_page
 from fastcal.robot.robot import Robot
+
+from .pages_of_arms import write_hundred
 
 NAMES = ("check", "update", "comparison", "history", "arms")
 
@@ -94,7 +95,7 @@ def test_a_comparison_shows_the_arm_and_what_moves_the_tool(pages) -> None:
 
 def test_a_comparison_names_what_differs(pages) -> None:
     verdict = pages["comparison", "en"].split('<section class="verdict', 1)[1].split("</section>")[0]
-    assert re.search(r"Joint\xa03 theta differs by 0\.0\d+ ± 0\.0\d+ °, from 89\.\d+ to 90\.\d+ °\.", verdict)
+    assert re.search(r"Joint\xa03 theta differs by 0\.0\d+ ± 0\.0\d+°, from 89\.\d+ to 90\.\d+°\.", verdict)
 
 
 def test_a_german_page_has_no_english_names_and_signs(pages) -> None:
@@ -180,23 +181,7 @@ def test_drawing_fits_nothing(pages, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_fleet_of_a_hundred_arms_is_a_matrix_whose_lines_lead_to_the_arms(browser, tmp_path) -> None:
     """Those that ask for attention are open, the others a click away; the page is three screens high."""
-    (tmp_path / "history").mkdir()
-    for arm in range(100):
-        for month in range(1, 7):
-            bad = arm in (17, 60) and month == 6
-            content = {
-                "verdict": "changed" if bad else "holds",
-                "sentence": "",
-                "rms_mm": 0.3 if bad else 0.05,
-                "expected_rms_mm": 0.05,
-                "p_value": 0.5,
-                "misfit_p_value": 0.5,
-                "robot": "ur10",
-                "made_by": {"serial": f"A{arm:03d}", "date": f"2026-{month:02d}-03", "robot_sha256": "0" * 64},
-                "tests": [],
-                "causes": [],
-            }
-            (tmp_path / "history" / f"{arm}-{month}.json").write_text(json.dumps(content))
+    write_hundred(tmp_path / "history")
     found = fastcal.history(tmp_path / "history")
     assert len(found.arms) == 100
     script = """

@@ -19,9 +19,11 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
+from fastcal.calibration.acceptance_limit import LimitJudged
 from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.measurements.kinds import KindNoise, kind_named
 from fastcal.report import calibration_page, write_report
+from fastcal.report.calibration_report import gap_figures
 from fastcal.report.calibration_tables import parameter_table
 from fastcal.report.page import opening, prose, to_script_json
 
@@ -40,6 +42,11 @@ def test_a_verdict_opens_with_its_first_sentence() -> None:
 def test_a_command_in_a_sentence_is_code_and_nothing_else_is() -> None:
     assert prose("`fastcal diagnose` looks for <it>") == "<code>fastcal diagnose</code> looks for &lt;it&gt;"
     assert prose("a ` alone & `<b>`") == "a <code> alone &amp; </code>&lt;b&gt;`"
+
+
+def test_a_line_does_not_end_behind_the_hyphen_of_an_option() -> None:
+    told = prose("fastcal drop model.yaml a@joint2 -o without.yaml --seed 1, two-sided - or -3 mm")
+    assert re.findall(r'<span class="option">(.*?)</span>', told) == ["-o", "--seed"]
 
 
 MakeResult = Callable[..., CalibrationResult]
@@ -153,6 +160,33 @@ def test_parts_of_the_page(make_result: MakeResult) -> None:
     flat = {f"flat-{view}-{state}" for view in ("top", "front", "side") for state in ("before", "after")}
     panels = {f"trend-{name}" for name in ("q1", "q2", "q3", "q4", "q5", "q6", "order", "temperature")}
     assert drawn == {"gap", "cumulative", "histogram", "workspace", "sizes", "normal"} | flat | panels
+
+
+@pytest.mark.parametrize(
+    ("said", "tone", "word"), [("pass", "caution", "With remarks"), ("fail", "bad", "Limit not met")]
+)
+def test_a_limit_that_is_missed_is_the_verdict(make_result: MakeResult, said: Any, tone: str, word: str) -> None:
+    limit = LimitJudged(limit=1e-4, poses=300, beyond=40, on_test=True, confidence=0.1, verdict=said)
+    page = calibration_page(make_result(rows=60), limit=limit)
+    assert f'<section class="verdict {tone}"' in page
+    assert f'<span class="tone">{word}</span>' in page
+
+
+def test_the_gap_is_that_of_the_headline_where_rows_are_outliers(make_result: MakeResult) -> None:
+    """Both of the rows that are no outliers; the page drew a gap of metres below a sentence of millimetres."""
+    result = make_result(test_rows=0, outlier_count=9)
+    kept = np.setdiff1d(np.arange(700), result.outliers)
+    error = np.linalg.norm(result.train.error_after[kept], axis=1)
+    (drawn,) = gap_figures(result)
+    assert drawn.traces[0]["x"][-1] == pytest.approx(1e3 * np.sqrt(np.nanmean(error**2)))
+    assert drawn.title == "RMS error on the fitted poses without outliers"
+
+
+def test_where_nothing_is_identified_no_table_is_drawn(make_result: MakeResult) -> None:
+    page = calibration_page(make_result(rows=60, parameters=[], status="too_few_equations", unidentifiable=[]))
+    assert "No parameter could be identified." in page
+    assert "requested parameters is identified." in page
+    assert 'id="parameter-table"' not in page
 
 
 def test_the_panel_with_the_planted_trend_is_first(make_result: MakeResult) -> None:

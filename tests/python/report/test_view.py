@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +29,25 @@ def test_the_error_of_rows_agrees_with_the_evaluations_statistics(
         known = rows.error_after[np.isfinite(rows.error_after)]
         assert len(known) == rows.after.count
         np.testing.assert_allclose([known.mean(), known.max()], [rows.after.mean, rows.after.max], rtol=1e-12)
+
+
+def test_a_joint_that_moves_by_rounding_is_no_variable(make_result: Callable[..., CalibrationResult]) -> None:
+    """A passive joint of a delta has the same angle in every posture, to 1e-7 deg: its panel showed that."""
+    result = make_result(rows=50)
+    q = result.train.data.q.copy()
+    q[:, 3] = 1e-9 * np.random.default_rng(1).standard_normal(50)
+    train = replace(result.train, data=replace(result.train.data, q=q))
+    rows = rows_of("Training", train, TYPES)
+    assert rows is not None
+    assert [variable.name for variable in rows.variables if variable.name.startswith("q")] == [
+        *("q1", "q2", "q3", "q5", "q6")
+    ]
+
+
+def test_stations_are_named_in_words() -> None:
+    assert tables.in_words("base station2_y and joint1 theta").replace("\N{NO-BREAK SPACE}", " ") == (
+        "base station 2 y and joint 1 theta"
+    )
 
 
 def test_units_are_those_of_the_page(make_result: Callable[..., CalibrationResult]) -> None:

@@ -76,7 +76,7 @@ async function loadPlotly() {
 }
 
 async function draw(plot, place) {
-  const { data, layout, narrow, postures, links, rows } = drawing(plot);
+  const { data, layout, narrow, postures, links, pages, rows } = drawing(plot);
   if (plot.dataset.kind === "scene") return drawScene(plot, data, layout, narrow, postures);
   await Plotly.newPlot(plot, data, layout, { responsive: true, displayModeBar: false });
   const changes = plot.clientWidth < NARROW ? { ...narrow, ...wrappedTitle(plot, layout) } : {};
@@ -85,6 +85,7 @@ async function draw(plot, place) {
   if (plot.clientWidth < NARROW) await fitted(plot);
   if (rows?.traces) followRows(plot, rows, data);
   if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
+  if (pages?.length) plot.on("plotly_click", ({ points: [hit] }) => pages[hit.pointIndex] && location.assign(pages[hit.pointIndex]));
   drawn[place] = true;
   plot.dataset.state = "drawn";
 }

@@ -9,6 +9,7 @@ const STEEPEST = 1.5; // the eye never passes over the top [rad]
 const TURN = 0.009, STEP = 0.12; // of a pixel that the mouse is dragged, of an arrow key [rad]
 const [HIT, STILL] = [12, 4]; // how near a point is meant; what is a click and no drag [pixels]
 const SHADES = 48;
+const LINE_HIGH = 14; // of a name [pixels]
 const BEFORE = 0.8; // thick lines, the arm, and what is on them stand before the arrows: as if that much nearer
 const SIDES = [0, 1, 2];
 const [PHONE_SCENE, TALL] = [420, 420]; // narrower: the bar of colours lies; lower: all is drawn smaller [pixels]
@@ -213,7 +214,9 @@ class Scene {
     this.seen = this.data.map((trace) => ({ at: trace.visible ? this.project(trace.x, trace.y, trace.z) : [] }));
     const things = this.data.flatMap((trace, t) => (trace.visible ? parts(trace, this.seen[t].at, Math.min(1, height / TALL)) : []));
     things.sort((a, b) => b.depth - a.depth);
+    style.labels = [];
     for (const thing of things) thing.draw(pen, style);
+    write(pen, style);
     const bar = isNarrow ? [10, 8, width - 20, 10] : [width - 62, 0.2 * height, 12, 0.6 * height];
     if (scaled) this.bar(pen, scaled.marker, bar);
   }
@@ -364,11 +367,29 @@ function parts({ mode, marker, line, text, shades: shade, textfont }, at, size) 
         pen.stroke();
       }
       if (mode.endsWith("text")) {
-        [pen.fillStyle, pen.font] = [textfont.color, `12px ${style.font}`];
-        [pen.textAlign, pen.textBaseline] = ["center", "top"];
-        pen.fillText(text[k], x, y + radius + 6);
+        style.labels.push({ text: text[k], x, y: y + radius + 6, colour: textfont.color });
       }
     } });
   }
   return found;
+}
+
+// Names stand before all else, below their points, and each below those that it would cover.
+function write(pen, { labels, font, ground }) {
+  pen.save();
+  [pen.font, pen.textAlign, pen.textBaseline] = [`12px ${font}`, "center", "top"];
+  [pen.strokeStyle, pen.lineWidth, pen.lineJoin] = [ground, 3, "round"];
+  const taken = [];
+  for (const { text, x, y, colour } of labels.sort((a, b) => a.y - b.y)) {
+    const half = pen.measureText(text).width / 2 + 3;
+    let top = y;
+    for (const [from, to, above] of taken) {
+      if (x - half < to && from < x + half && Math.abs(top - above) < LINE_HIGH) top = above + LINE_HIGH;
+    }
+    taken.push([x - half, x + half, top]);
+    pen.strokeText(text, x, top);
+    pen.fillStyle = colour;
+    pen.fillText(text, x, top);
+  }
+  pen.restore();
 }

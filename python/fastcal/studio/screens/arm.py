@@ -85,7 +85,7 @@ def _robot(robot: Robot) -> None:
             pendant = "" if axis is None else f"  J{axis + 1} {float(from_si(there[axis], unit)):.2f}{signs[unit]}"
             numbers[k].text = f"{chain:.2f}{signs[unit]}{pendant}"
         pose = robot.forward(q[np.newaxis])[0]
-        x, y, z = (float(from_si(value, "mm")) for value in pose[:3, 3])
+        x, y, z = (round(float(from_si(value, "mm")), 2) + 0.0 for value in pose[:3, 3])  # no -0.00
         turned = " ".join(f"{value:.4f}" for value in quaternions(pose[np.newaxis, :3, :3])[0])
         place.text = _("tool: x {x:.2f}  y {y:.2f}  z {z:.2f} mm, quaternion {turned}", x=x, y=y, z=z, turned=turned)
 

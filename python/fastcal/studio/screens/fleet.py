@@ -11,7 +11,7 @@ from nicegui import events, ui
 
 from fastcal.errors import InvalidInput
 from fastcal.fleet import read_list
-from fastcal.fleet.page import STATUSES
+from fastcal.fleet.page import OUTSTANDING, STATUSES
 from fastcal.io.tables import read_table
 from fastcal.report.diagnosis_words import VERDICTS
 from fastcal.report.formatting import MISSING, significant
@@ -31,6 +31,7 @@ _COLUMNS = {
     "unidentifiable": said("unidentifiable"),
 }
 _LIST = {"robot", "data"}
+_NEARLY = 1.5  # times the median, from which on an arm is near to standing out
 
 
 def build(studio: Studio) -> None:
@@ -110,6 +111,13 @@ def _rows(table: Any) -> list[dict[str, str]]:
     return [{name: column[row] for name, column in columns.items()} for row in range(len(table))]
 
 
+def _shade(ratio: float) -> str:
+    """The colour behind a size in times the fleet's median."""
+    if ratio > OUTSTANDING:
+        return "background: rgba(179,38,30,.35)"
+    return "background: rgba(199,119,0,.25)" if ratio > _NEARLY else ""
+
+
 def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
     """A row an arm, those first that need a look; a click opens the arm's own page below."""
     usual = {key: median([float(row[key]) for row in rows if row.get(key)] or [0.0]) for key in _COLUMNS}
@@ -121,14 +129,11 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
     def shade(key: str, text: str) -> str:
         if not text or key not in ("before_mm", "after_mm", "sigma_mm") or not usual[key]:
             return ""
-        ratio = float(text) / usual[key]
-        return (
-            "background: rgba(179,38,30,.35)" if ratio > 3 else "background: rgba(199,119,0,.25)" if ratio > 1.5 else ""
-        )
+        return _shade(float(text) / usual[key])
 
     failed = [row for row in rows if row.get("status") != "converged"]
     title = _("{count} arms, {failed} without a model", count=len(rows), failed=len(failed))
-    hint = _("Red: more than three times the fleet's median; amber: more than one and a half times.")
+    hint = _("Red: more than twice the fleet's median; amber: more than one and a half times.")
     with card(title, hint):
         with (
             ui.grid(columns=f"2fr 1fr {'1fr ' * len(_COLUMNS)}2fr")
