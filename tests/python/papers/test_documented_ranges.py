@@ -114,7 +114,7 @@ def test_the_steps_and_corners_of_single_arms_are_the_kept_ones() -> None:
     note = table_of("staubli_rx160l", pairs)["note"]
     assert "joint 2's at 9.4 to 127.6 N m (hidden 118.2), joint 3's at 3.9 to 73.2 N m (hidden 75.6)" in note
     assert "and at 9.4 to 127.6 and 3.9 to 73.2 N m on single arms" in text
-    succeeds = cell_of("staubli_rx160l", pairs, "joint5 critical (N m)", "arms with a corner")
+    succeeds = cell_of("staubli_rx160l", pairs, "joint5 critical (N m)", "arms where it succeeds")
     assert f"on the {succeeds} arms on which it succeeds" in text
 
 
