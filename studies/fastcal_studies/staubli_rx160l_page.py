@@ -256,7 +256,7 @@ def _stiffness(runs: Sequence[Run]) -> Section:
             Table(
                 "Table 3",
                 "compliance by payload pairs, medians of the arms",
-                ("", "hidden (printed)", "found", "std", "arms with a corner"),
+                ("", "hidden (printed)", "found", "std", "arms where it succeeds"),
                 rows,
                 "Where a fit in pieces fails, one piece is fitted, and the row has a dash. That it succeeds shows no "
                 f"corner: on single arms it is {_corners(runs)}.",

@@ -84,8 +84,9 @@ def test_the_leads_across_the_worlds_are_the_kept_ones() -> None:
     assert "SOMM-ANN behind fastcal's model is within 0.003 mm of `mlp` in all three" in text
     title = "mean error of 708 poses not learnt"
     own, same, best = (in_worlds("staubli_rx160l", title, column) for column in RX160L_LINES)
-    assert all(a > 0.95 * b for a, b in zip(same, own, strict=True))
-    assert "GA-DNN gains next to nothing from the geometry of all rows, and the process leaves less in all" in text
+    gained = [1 - a / b for a, b in zip(same, own, strict=True)]
+    assert f"GA-DNN gains {100 * max(gained):.0f} % at most from the geometry of all rows, across the joints" in text
+    assert gained[2] < 0
     assert all(c < min(a, b) for a, b, c in zip(own, same, best, strict=True))
     assert f"across the joints it leaves {best[2] / best[0]:.1f} times what it leaves of its own form." in text
 
@@ -109,9 +110,12 @@ def test_the_steps_and_corners_of_single_arms_are_the_kept_ones() -> None:
     assert "4 steps with gravity, 3 without it, 14 to 19 with the redundant errors damped" in curves["note"]
     assert "after four steps with gravity and after three without" in text
     assert "it takes 14 to 19 steps and leaves" in text
-    note = table_of("staubli_rx160l", "compliance by payload pairs, medians of the arms")["note"]
-    assert "joint 2's at 9.4 to 127.6 N m (hidden 118.2)" in note
-    assert "hidden at 118, but at 9.4 to 127.6 N m on single arms" in text
+    pairs = "compliance by payload pairs, medians of the arms"
+    note = table_of("staubli_rx160l", pairs)["note"]
+    assert "joint 2's at 9.4 to 127.6 N m (hidden 118.2), joint 3's at 3.9 to 73.2 N m (hidden 75.6)" in note
+    assert "and at 9.4 to 127.6 and 3.9 to 73.2 N m on single arms" in text
+    succeeds = cell_of("staubli_rx160l", pairs, "joint5 critical (N m)", "arms where it succeeds")
+    assert f"on the {succeeds} arms on which it succeeds" in text
 
 
 def test_networks_on_poses_leave_what_the_page_says() -> None:
