@@ -13,7 +13,7 @@ from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.design.candidates import Candidates
 from fastcal.effects import registered
-from fastcal.effects.entries import Spec, conditions_read, identity, label, parse_effects, without_repeats
+from fastcal.effects.entries import Spec, conditions_read, identity_at_any_moment, label, parse_effects, without_repeats
 from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.dataset import Dataset
@@ -34,10 +34,10 @@ def planned_model(
     """
     geometry, entries = parse_effects(effects, robot.core, robot.entries)
     added = [*entries, *(entry for rival in rivals for entry in rival)]
-    asked = {identity(entry) for entry in added}
+    asked = {identity_at_any_moment(entry) for entry in added}
     kept, left_out = list[Spec](), list[str]()
     for entry, effect in zip(robot.entries, robot.effects, strict=True):
-        if _unvaried(entry, effect) and identity(entry) not in asked:
+        if _unvaried(entry, effect) and identity_at_any_moment(entry) not in asked:
             left_out.append(label(entry))
         else:
             kept.append(entry)

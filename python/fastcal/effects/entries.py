@@ -181,10 +181,12 @@ def _hashable(value: Any) -> Hashable:
 
 
 def without_repeats(entries: Sequence[Spec]) -> list[Spec]:
-    """The entries in order, of those of one cause the first."""
+    """The entries in order, of those of one cause the first; a step without its moment is any that is there."""
     seen: dict[tuple[Any, ...], Spec] = {}
     for entry in entries:
-        seen.setdefault(identity(entry), entry)
+        has_moment = any(options_of(entry).get(key) is not None for key in _MOMENTS)
+        if has_moment or identity_at_any_moment(entry) not in map(identity_at_any_moment, seen.values()):
+            seen.setdefault(identity(entry), entry)
     return list(seen.values())
 
 

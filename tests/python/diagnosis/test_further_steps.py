@@ -8,7 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fastcal import Dataset, Robot, diagnose, drop_effects, load_robot, random_poses, simulate
+from fastcal import (
+    Dataset,
+    Robot,
+    calibrate,
+    design_poses,
+    diagnose,
+    drop_effects,
+    load_robot,
+    random_poses,
+    simulate,
+)
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import Diagnosis
 from fastcal.effects.entries import identity_options
@@ -63,6 +73,15 @@ def test_without_times_they_are_told_by_their_rows() -> None:
     assert moments(of, "at_row") == [20, 108]
     assert not [one for one in of.untestable if one.effect.endswith("_step")]
     assert sorted(identity_options(entry)["at_row"] for entry in of.model.entries) == [20, 108]
+
+
+def test_a_step_that_is_asked_for_is_the_one_that_is_there() -> None:
+    there = [step("tool", 30, [0.3, -0.4, 0.2])]
+    data = simulate(arm(there), random_poses(arm([]), 60, seed=1), noise=NOISE, seed=1, time=TIME[:60])
+    model = calibrate(arm(there), data, effects="geometry,tool_step").model
+    assert [identity_options(entry) for entry in model.entries] == [{"at_s": 354.0}]
+    plan = design_poses(model, 10, effects="geometry,tool_step", candidates="random", candidate_count=100)
+    assert len(plan) == 10
 
 
 @pytest.mark.parametrize("timed", [True, False])
