@@ -51,7 +51,7 @@ def test_a_damaged_file_is_read_into_numbers_or_refused(reader: str, tmp_path: P
     failed = {kind: count for kind, count in found[reader].items() if kind not in ("read", "refused")}
     inputs = {path.name: path.read_bytes() for path in (tmp_path / "failed").glob("*")}
     assert not failed, f"{failed}; put these into {FAILED[0].parent}: {inputs}"
-    assert found[reader]["read"] > 0
+    assert found[reader]["read"] > 0 or reader in IN_A_PROCESS  # of few, all may be refused
     # Programs of a grammar are never refused: what is not understood of them is left as it is.
     assert found[reader]["refused"] > 0 or reader in ("program, .mod", "program, .src", "program, .script")
 
