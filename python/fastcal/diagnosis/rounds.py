@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from fastcal.diagnosis import periodic, rivals, rules, scans
 from fastcal.diagnosis.decorrelation import joint_share
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.library import Hypothesis, effect_has_moment
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.noise_scales import rms_sigma
 from fastcal.diagnosis.problem import Noise, Problem
@@ -36,13 +36,22 @@ def claimed(data: Dataset, sigma: float | None) -> Noise:
 
 
 def searched(
-    problem: Problem, level: NoiseLevel, sigma: float | None, notify: Callable[[str], None]
+    problem: Problem,
+    level: NoiseLevel,
+    sigma: float | None,
+    notify: Callable[[str], None],
+    *,
+    steps_in_noise: bool = True,
 ) -> tuple[rivals.Rivals, SearchNode, NoiseLevel]:
     """The rivals of a search, its best set, and the noise that this shows; begun again where that differs from before.
 
     Where names are hopeless, none is searched for, and once more with the waves of the scan among them. A search that
     was cut short begins again once, where a scan names what it lacked.
+
+    Of rows without times, steps are looked for in what passes for noise too (`steps_in_noise`): noise that was steps
+    remembers nothing once they are named; what still does would have been cut into steps by their moments.
     """
+    given, known = problem, level
     plain = rivals.Rivals(Search(problem, notify))
     was_hopeless = was_cut_short = False
     for round_ in range(MAX_SEARCHES):
@@ -54,7 +63,7 @@ def searched(
             was_hopeless = True
         else:
             best = _best(plain.search.grow())
-            again, level = _again(plain.search, best, sigma)
+            again, level = _again(plain.search, best, sigma, steps_in_noise=steps_in_noise)
             if plain.search.is_cut_short:
                 has_more = again is not None and len(again.names) > len(problem.names)
                 again = again if has_more and not was_cut_short else None
@@ -63,17 +72,27 @@ def searched(
             break
         plain = plain.again(again)
         problem = again
+    if steps_in_noise and _cuts_memory_into_steps(plain.search, best):
+        return searched(given, known, sigma, notify, steps_in_noise=False)
     return plain, best, level
 
 
-def _again(search: Search, best: SearchNode, sigma: float | None) -> tuple[Problem | None, NoiseLevel]:
+def _cuts_memory_into_steps(search: Search, best: SearchNode) -> bool:
+    """Does the noise beside steps of rows without times still have a memory?"""
+    has_steps = any(effect_has_moment(name.effect) for name in best.names)
+    return has_steps and search.problem.data.time is None and search.problem.noise.memory > 0
+
+
+def _again(
+    search: Search, best: SearchNode, sigma: float | None, *, steps_in_noise: bool
+) -> tuple[Problem | None, NoiseLevel]:
     """The noise as the set that was found shows it.
 
     With a new start where it shows further names, such as waves of other orders, markedly less noise than there seemed
     to be, or a memory or joints that repeat badly, which the search did not allow for or which are none; else None.
     """
     problem = search.problem
-    more = _further_names(search, best)
+    more = _further_names(search, best, steps_in_noise=steps_in_noise)
     begun = replace(claimed(problem.data, sigma), scale=problem.noise.scale)
     again = replace(_with_names(problem, more), noise=begun)
     calmer, level = with_estimated_noise(again, best.fit, sigma)
@@ -81,14 +100,14 @@ def _again(search: Search, best: SearchNode, sigma: float | None) -> tuple[Probl
     return (calmer if more or changes or _is_calmer(calmer, problem) else None), level
 
 
-def _further_names(search: Search, best: SearchNode) -> list[Hypothesis]:
+def _further_names(search: Search, best: SearchNode, *, steps_in_noise: bool) -> list[Hypothesis]:
     """Names that the library does not hold, where a set leaves something: beyond it, and beyond none of its names.
 
     Where nothing is left, waves that are too fine for any block without a name are looked for all the same, and where
     a name follows time or heat, others that do: the likelier law is the one that is given.
     """
     if best.suffices:
-        alone = scans.without_a_block(timed=search.problem.data.time is not None)
+        alone = scans.without_a_block(timed=search.problem.data.time is not None or not steps_in_noise)
         fine = [*periodic.scan(best, fine_alone=True), *scans.scan(best, among=alone)]
         return scans.with_further_steps(search, best, fine) + scans.rivals_of_slow(search, best)
     found = _scanned(search, best)

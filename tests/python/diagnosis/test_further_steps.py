@@ -92,4 +92,16 @@ def test_what_drifts_is_no_staircase(seed: int, *, timed: bool) -> None:
     wave = 4e-4 * np.sin(2 * np.pi * np.arange(ROWS) / ROWS)
     for way in (walk, wave):
         of = found([], seed, timed=timed, way=way)
-        assert not [f.label for f in of.effects if f.effect.endswith("_step") and f.grade != "C"]
+        assert not [f.label for f in of.effects if f.effect.endswith("_step") and (f.grade != "C" or not timed)]
+
+
+def test_noise_with_a_memory_is_not_cut_into_steps() -> None:
+    """Of rows without times, whose range drifts along the line of sight."""
+    random, rho = np.random.default_rng(3), 0.6
+    drawn = random.normal(0, 1e-4, ROWS)
+    drift = np.zeros(ROWS)
+    for i in range(ROWS):
+        drift[i] = (rho * drift[i - 1] if i else 0.0) + np.sqrt(1 - rho**2) * drawn[i]
+    of = found([], 3, timed=False, way=drift)
+    assert of.effects == []
+    assert of.search.problem.noise.memory > 0.2
