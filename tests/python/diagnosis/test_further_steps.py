@@ -3,6 +3,7 @@
 """What stepped more than once is named at each of its moments; what only drifts is no staircase."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from fastcal import (
 )
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import Diagnosis
+from fastcal.diagnosis.rounds import _cuts_memory_into_steps
 from fastcal.effects.entries import identity_options
 from fastcal.report import write_report
 
@@ -93,6 +95,20 @@ def test_what_drifts_is_no_staircase(seed: int, *, timed: bool) -> None:
     for way in (walk, wave):
         of = found([], seed, timed=timed, way=way)
         assert not [f.label for f in of.effects if f.effect.endswith("_step") and (f.grade != "C" or not timed)]
+
+
+@pytest.mark.parametrize(
+    ("effect", "time", "memory", "cut"),
+    [("tool_step", None, 0.5, True), ("tool_step", None, 0.0, False), ("tool_step", TIME, 0.5, False)]
+    + [("backlash", None, 0.5, False)],
+)
+def test_steps_beside_which_noise_remembers_are_looked_at_again(
+    effect: str, time: FloatArray | None, memory: float, *, cut: bool
+) -> None:
+    problem = SimpleNamespace(data=SimpleNamespace(time=time), noise=SimpleNamespace(memory=memory))
+    search: Any = SimpleNamespace(problem=problem)
+    best: Any = SimpleNamespace(names=[SimpleNamespace(effect=effect)])
+    assert _cuts_memory_into_steps(search, best) == cut
 
 
 def test_noise_with_a_memory_is_not_cut_into_steps() -> None:
