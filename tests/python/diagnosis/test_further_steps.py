@@ -99,8 +99,12 @@ def test_what_drifts_is_no_staircase(seed: int, *, timed: bool) -> None:
 
 @pytest.mark.parametrize(
     ("effect", "time", "memory", "cut"),
-    [("tool_step", None, 0.5, True), ("tool_step", None, 0.0, False), ("tool_step", TIME, 0.5, False)]
-    + [("backlash", None, 0.5, False)],
+    [
+        ("tool_step", None, 0.5, True),
+        ("tool_step", None, 0.0, False),
+        ("tool_step", TIME, 0.5, False),
+        ("backlash", None, 0.5, False),
+    ],
 )
 def test_steps_beside_which_noise_remembers_are_looked_at_again(
     effect: str, time: FloatArray | None, memory: float, *, cut: bool
