@@ -39,7 +39,7 @@ from fastcal.diagnosis.library import (
     with_number,
 )
 from fastcal.diagnosis.projection import score_tests
-from fastcal.diagnosis.step_or_condition import is_a_condition
+from fastcal.diagnosis.step_or_condition import PLACED, is_a_condition
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
 from fastcal.place import joint_name, source_of
@@ -114,9 +114,10 @@ def with_further_steps(search: Search, best: SearchNode, found: list[Hypothesis]
 
     A reflector that was reseated twice, a tripod that was knocked twice: each step is then a name at its own moment.
     One more at a time, and each once more beside the others, since the first was found where two were. More than
-    MOST_STEPS are a staircase that stands for what moves slowly.
+    MOST_STEPS are a staircase that stands for what moves slowly. Of a joint's zero one step alone is looked for: heat
+    creeps, and few stairs are enough to follow it.
     """
-    names = [name for name in (*best.names, *found) if effect_has_moment(name.effect) and not name.has_its_moment]
+    names = [name for name in (*best.names, *found) if _may_step_again(name)]
     every: list[Hypothesis] = []
     for name in names:
         state = best if name in best.names else search.state((*best.names, name), best)
@@ -128,6 +129,10 @@ def with_further_steps(search: Search, best: SearchNode, found: list[Hypothesis]
             every += [_beside(step, state, search) for step in steps]
     twice = {step.key for step in every}
     return [*(name for name in found if name.key not in twice), *every]
+
+
+def _may_step_again(name: Hypothesis) -> bool:
+    return effect_has_moment(name.effect) and name.owner in PLACED and not name.has_its_moment
 
 
 def _next_step(name: Hypothesis, state: SearchNode) -> Hypothesis | None:
