@@ -39,7 +39,7 @@ from fastcal.diagnosis.library import (
     with_number,
 )
 from fastcal.diagnosis.projection import score_tests
-from fastcal.diagnosis.step_or_condition import PLACED, is_a_condition
+from fastcal.diagnosis.step_or_condition import is_a_condition, is_placed
 from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
 from fastcal.place import joint_name, source_of
@@ -132,7 +132,7 @@ def with_further_steps(search: Search, best: SearchNode, found: list[Hypothesis]
 
 
 def _may_step_again(name: Hypothesis) -> bool:
-    return effect_has_moment(name.effect) and name.owner in PLACED and not name.has_its_moment
+    return effect_has_moment(name.effect) and is_placed(name) and not name.has_its_moment
 
 
 def _next_step(name: Hypothesis, state: SearchNode) -> Hypothesis | None:

@@ -50,9 +50,14 @@ def is_a_condition(name: Hypothesis, at: Fit, tried: int) -> bool:
     others = _conditions(data)
     if _share(step, np.hstack([others, data.q])) <= MAX_STEP_SHARE:
         return False
-    if _share(step, others) > MAX_STEP_SHARE or name.owner not in PLACED:
+    if _share(step, others) > MAX_STEP_SHARE or not is_placed(name):
         return True
     return not _outlasts_positions(name, step, at, tried)
+
+
+def is_placed(name: Hypothesis) -> bool:
+    """Is it of the base or the tool, whose steps may be told apart from what positions of joints do?"""
+    return name.owner in PLACED
 
 
 def _conditions(data: Dataset) -> FloatArray:

@@ -242,8 +242,8 @@ def names_that_explain_less_than_half_of_the_misfit_are_not_given() -> None:
 @falls_with(MAX_SEARCHES=1)
 def waves_of_other_orders_begin_the_search_again() -> None:
     first, second = (
-        SimpleNamespace(bic=9.0, suffices=True, impossible=False),
-        SimpleNamespace(bic=1.0, impossible=False),
+        SimpleNamespace(bic=9.0, suffices=True, impossible=False, names=[]),
+        SimpleNamespace(bic=1.0, impossible=False, names=[]),
     )
     second.suffices = True
     found = {"first": first, "second": second}
@@ -260,7 +260,7 @@ def waves_of_other_orders_begin_the_search_again() -> None:
     with (
         mock.patch.object(rounds, "Search", search_of),
         mock.patch.object(rivals, "Rivals", rivals_of),
-        mock.patch.object(rounds, "_again", lambda problem, best, sigma: again[id(best)]),
+        mock.patch.object(rounds, "_again", lambda problem, best, sigma, steps_in_noise: again[id(best)]),
     ):
         _, best, level = rounds.searched(problems["first"], "level 0", None, print)
     assert best is second
