@@ -18,7 +18,7 @@ from fastcal.diagnosis.library import Untestable
 from fastcal.diagnosis.reasons import Because, CauseLabel
 from fastcal.display import late
 from fastcal.display.shown import Plotted
-from fastcal.effects.entries import options_of
+from fastcal.effects.entries import TOLD_APART_BY, options_of
 from fastcal.measurements.kinds import KindMisfit, KindNoise, noise_in_mm
 from fastcal.robot.robot import Robot, Spec
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from fastcal.diagnosis.search import Search, SearchNode
 
 
-TOLD_APART_BY = ("order", "at_s", "at_row")  # of waves of one joint, and of steps of one thing
 VERDICTS = ("none", "named", "one_of", "several", "unexplained")
 
 

@@ -38,6 +38,7 @@ _APART = (
     "axis",
 )  # options that make two entries of one effect and owner two different causes
 _MOMENTS = ("at_s", "at_row")  # beside these, where what they are of stepped more than once
+TOLD_APART_BY = (*_APART, *_MOMENTS)
 
 
 def effect_names() -> list[str]:
@@ -164,7 +165,7 @@ def identity_at_any_moment(entry: Spec) -> tuple[Any, ...]:
 def identity_options(entry: Spec) -> Spec:
     """The options of an entry that tell it from another cause of the same effect and owner."""
     options = options_of(entry)
-    return {key: options[key] for key in (*_APART, *_MOMENTS) if options.get(key) is not None}
+    return {key: options[key] for key in TOLD_APART_BY if options.get(key) is not None}
 
 
 def same_parameters(entry: Spec) -> Hashable:
