@@ -149,7 +149,7 @@ def test_in_a_browser_every_figure_is_drawn_and_the_console_is_quiet(found: Diag
         pytest.skip(missing)
     path = tmp_path / "report.html"
     path.write_text(diagnosis_page(found), encoding="utf-8")
-    flags = [*FLAGS, "--virtual-time-budget=60000", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
+    flags = [*FLAGS, "--virtual-time-budget=1000000", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
     done = subprocess.run([command, *flags, path.as_uri()], capture_output=True, text=True, timeout=180, check=True)
     assert [line for line in done.stderr.splitlines() if ":CONSOLE:" in line and "Canvas2D" not in line] == []
     plots = re.findall(r'<div class="plot[^>]*data-state="(\w+)"', done.stdout)
