@@ -73,10 +73,15 @@ def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
     if known is not None:
         return known.owners_of(core)
     owners = list(_core.effect_owners(_known(name), core))
-    if _core_traits(name).depends_on[:1] == ("torque",):  # a joint without a motor bears none
-        owners = [owner for owner in owners if place_of(owner).index not in core.passive]
+    if _is_of_drives(_core_traits(name)):
+        owners = [of for of in owners if not any(place_of(part).index in core.passive for part in of.split("<-"))]
     is_chain = len(core.branches) <= 1 and not len(core.home)
     return owners if is_chain else [owner for owner in owners if _acts_beside_others(name, core, owner)]
+
+
+def _is_of_drives(traits: Traits) -> bool:
+    """Is an effect that of motors, gears and encoders, which passive joints lack? They have bearings."""
+    return traits.place == "joint" and traits.role == "cause" and traits.depends_on[:1] != ("load",)
 
 
 def _acts_beside_others(name: str, core: _core.RobotModel, owner: str) -> bool:
