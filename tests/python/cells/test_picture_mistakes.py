@@ -11,7 +11,7 @@ import pytest
 from fastcal.cli.app import main
 
 from . import camera_scene as scene
-from .picture_mistakes import ERROR_MM, MISTAKES, PICTURES, of_poses, two_cameras
+from .picture_mistakes import ERROR_MM, MISTAKES, PICTURES, of_cell, of_poses, two_cameras
 
 SEEDS = (1, 2, 3)
 CLEAN = 40
@@ -56,6 +56,13 @@ def test_pictures_of_other_rows_are_put_where_they_fit(
     words = [*files[:2], "--corners", files[2], "--mend", "-o", str(tmp_path / "out")]
     assert main(["calibrate", *words]) == 0
     assert "they are put there" in capsys.readouterr().err
+
+
+def test_a_camera_that_took_no_picture_is_no_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It ended in an internal error."""
+    uv = scene.write(tmp_path, PICTURES, 1, error_mm=ERROR_MM, joint_noise_deg=0.002)
+    of_cell(lambda content: content["cameras"].update(second={**content["cameras"]["wrist"]}))(tmp_path, uv)
+    assert said(tmp_path, capsys)[0] == 0
 
 
 def test_what_was_meant_is_accepted_as_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
