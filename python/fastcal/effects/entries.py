@@ -67,6 +67,9 @@ def curve_of(place: Place) -> str:
     )
 
 
+NOTHING = "none"  # in place of a list of effects
+
+
 def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
     """All owners that a robot has for an effect, none where branches or loops rule it out; InvalidInput: not known."""
     known = registered.find(name)
@@ -322,7 +325,8 @@ def parse_effects(
 ) -> tuple[bool, list[Spec]]:
     """Reads `geometry,joint_compliance@joint2,gear_harmonic@joint1:order=2` into (is geometry asked for, entries).
 
-    All owners of a name unless one is given. A name behind a colon is an option; numbers are read as numbers.
+    All owners of a name unless one is given. A name behind a colon is an option; numbers are read as numbers. NOTHING
+    alone asks for no more than base and tool.
 
     Args:
         text: What is asked for.
@@ -334,6 +338,8 @@ def parse_effects(
         InvalidInput: A name, owner or option is unknown.
     """
     items: Iterable[str] = text.split(",") if isinstance(text, str) else text
+    if text in (NOTHING, [NOTHING]):
+        return False, []
     geometry = False
     entries: list[Spec] = []
     for item in items:
