@@ -166,6 +166,18 @@ def test_the_table_of_hand_eyes_is_that_of_its_record() -> None:
         assert f"{counts}| {shift:.2f} | {turn:.2f} | {better} of {len(told)} |" in text
 
 
+def test_the_table_of_arms_that_are_wrong_is_that_of_its_record() -> None:
+    text, found = page("benchmarks.md"), record("bench_kinhec_robot_error.json")
+    joints = {of["level"]: of for of in found["with_joints"]}
+    for of in found["levels"]:
+        own = joints[of["level"]]
+        assert of["sessions"] == own["sessions"] == 40
+        times = " | ".join(f"{of[u] / of[f'best_{u}']:.2f}" for u in ("mm", "deg"))
+        assert f"| `{of['level'].replace('|', ', ')}` | {times} | {own['mm']:.3f} | {own['shah_lm_mm']:.3f} |" in text
+    single = found["single"]["robot_error"]
+    assert f"fastcal at {single['fastcal'][0]:.2f}" in text
+
+
 def test_the_table_of_sockets_is_that_of_its_record() -> None:
     text, found = page("benchmarks.md"), record("bench_sockets.json")
     for name, of in found.items():
