@@ -178,6 +178,19 @@ def test_the_table_of_arms_that_are_wrong_is_that_of_its_record() -> None:
     assert f"fastcal at {single['fastcal'][0]:.2f}" in text
 
 
+def test_the_table_of_thinned_pictures_is_that_of_its_record() -> None:
+    text, draws = page("benchmarks.md"), record("bench_thinned_pictures.json")["draws"]
+    worse = [of["calibrate"] / of["hand_eye"] for of in draws if of["calibrate"] > of["hand_eye"]]
+    for key in dict.fromkeys((of["cameras"], of["count"], of["others"]) for of in draws):
+        own = [of for of in draws if (of["cameras"], of["count"], of["others"]) == key]
+        found, plain = (np.median([of[way] for of in own]) for way in ("calibrate", "hand_eye"))
+        assert found < plain
+        count = sum(of["calibrate"] > of["hand_eye"] for of in own)
+        head = f"| {key[0].replace(' ', ', ')} | {key[1]} | {key[2]} "
+        assert f"{head}| {found:.3f} | {plain:.3f} | {count} of {len(own)} |" in text
+    assert f"In {len(worse)} of {len(draws)} draws it is worse, by at most {100 * (max(worse) - 1):.0f} %" in text
+
+
 def test_the_table_of_sockets_is_that_of_its_record() -> None:
     text, found = page("benchmarks.md"), record("bench_sockets.json")
     for name, of in found.items():
