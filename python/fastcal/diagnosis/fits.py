@@ -32,7 +32,7 @@ from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import priors, rules
 from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.fit_algebra import above, columns_of, inverse_triangle, solved
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.problem import Linearization, Problem
 from fastcal.diagnosis.projection import basis, root
 from fastcal.diagnosis.starting_values import carried, first_guess

@@ -25,7 +25,8 @@ from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_arm import arm_size, holding
 from fastcal.diagnosis.held_out import PLACES, REGIONS, STRETCHES, HeldOut, gain, positions
-from fastcal.diagnosis.library import Hypothesis, is_excluded, without_masses
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, Reason
 from fastcal.diagnosis.rivals import Model, Rivals, bare, with_entries
