@@ -129,7 +129,7 @@ class Judged:
         if self.by_least_squares:
             arm = said("{arm}, by least squares of all rows", arm=arm)
         better = said("no richer model has a clearly smaller error on held-out poses")
-        if self.lead > 0:
+        if round(self.lead, 2) > 0:
             better = said(
                 "it reduces the mean square error on held-out poses by {share:.0%}",
                 share=float(self.lead),
@@ -159,8 +159,8 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     something `remains` curves are tried too, and one standard error decides; so it always does for what only holds the
     arm, which is simpler, and for the very effects that were found, as smooth as they are among all joints, of which
     none was picked. Else MIN_GAIN of them; MIN_SEARCHED_GAIN for laws of some joints, since the best of many parts
-    seems to gain by chance, and UNNAMED_LEAD for curves. Where something remains and rows fix the arm badly, what is
-    written must lead the one held near nominal by MIN_SEARCHED_GAIN; names that explain all need not. Of touches of
+    seems to gain by chance, and UNNAMED_LEAD for curves. Where rows fix the arm badly, what is written must lead the one
+    held near nominal by MIN_SEARCHED_GAIN, as `calibrate` holds it; names that explain all need not. Of touches of
     unknown places nothing is written that predicts places held out worse than the best of the arms held near nominal.
     """
     own = judged(found, is_plain=False)
@@ -174,7 +174,8 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
-    simple = None if rivals.arm_size is None or not remains else _simplest(plain, own)
+    explains = bool(found.state.names) and not remains
+    simple = None if rivals.arm_size is None or explains else _simplest(plain, own)
     if simple is not None and not chosen.is_as_simple and not _beats(chosen, simple, rules.MIN_SEARCHED_GAIN):
         chosen = simple  # few rows, or many of one place, may be met by any model
     chosen = no_worse_elsewhere(chosen, plain)
