@@ -170,6 +170,7 @@ def _emit(done: Done, written: list[Path]) -> None:
             "mean_error_mm": from_si(float(error.mean()), "mm") if len(error) else None,
             "largest_error_mm": from_si(float(error.max()), "mm") if len(error) else None,
             "largest_sigma_mm": from_si(float(sigma.max()), "mm") if np.isfinite(sigma).all() and len(sigma) else None,
+            "payloads_kg": sorted({m for _file, _program, found in done if found for m in found.payload.tolist()}),
             "left": [sentence for _file, _program, found in done if found is not None for sentence in found.left],
             "files": list(map(str, written)),
         }

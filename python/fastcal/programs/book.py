@@ -17,10 +17,27 @@ from typing import Any
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.programs.program import ACTIVE, Document, Frame, Kind, Language, Left, Move, Number, Program, Target, Word
+from fastcal.programs.program import (
+    ACTIVE,
+    Document,
+    Frame,
+    Kind,
+    Language,
+    Left,
+    Load,
+    Move,
+    Number,
+    Program,
+    Target,
+    Word,
+)
 from fastcal.programs.syntax import Node
+from fastcal.said import said
 
 LARGEST = 1e12  # mm or deg; 9E9 stands for an axis that is not there
+_COMPUTED = "the mass of load {name} is computed at run time, in {where}"
+_NONE_GIVEN = "the mass of load {name} is {mass:g} in {where}, which stands for none given"
+CHANGED = "load {name} is changed at run time, in {where}"
 SOMEWHERE = (math.nan, math.nan, math.nan)  # an offset that is not known
 
 
@@ -104,7 +121,7 @@ class Book:
 
     Attributes:
         documents: Of the program.
-        targets, moves, left, notes, tools, frames, doubts: As in `Program`.
+        targets, moves, left, notes, tools, frames, doubts, loads: As in `Program`.
         kept: Targets that are declared as such, whether a move goes to them or not.
         origins: Names of frames that lie in the robot's base.
         unread: Why a pose or joints, by document and place, are no target.
@@ -118,6 +135,7 @@ class Book:
     tools: dict[str, Frame] = field(default_factory=dict)
     frames: dict[str, Frame] = field(default_factory=dict)
     doubts: dict[tuple[str, str], str] = field(default_factory=dict)
+    loads: dict[str, Load] = field(default_factory=dict)
     kept: set[int] = field(default_factory=set)
     origins: frozenset[str] = frozenset()
     unread: dict[tuple[int, int], str] = field(default_factory=dict)
@@ -212,8 +230,18 @@ class Book:
             self._spoiled.setdefault(target, why)
 
     def doubt(self, what: str, name: str, why: str) -> None:
-        """A tool or a frame that cannot be relied upon."""
+        """A tool, a frame or a load that cannot be relied upon."""
         self.doubts.setdefault((what, name.lower()), why)
+
+    def weigh(self, name: str, mass: float | None, where: str) -> None:
+        """Enters a load's mass [kg], said at `where`: doubtful where it is computed, or less than nothing."""
+        known = self.loads.setdefault(name.lower(), math.nan if mass is None else mass)
+        if mass is None:
+            self.doubt("load", name, said(_COMPUTED, name=name, where=where))
+        elif mass < 0:
+            self.doubt("load", name, said(_NONE_GIVEN, name=name, mass=float(mass), where=where))
+        elif mass != known:
+            self.doubt("load", name, said(CHANGED, name=name, where=where))
 
     def program(self, language: Language) -> Program:
         """The program: targets that moves go to, and those that are kept anyway; others are no targets."""
@@ -235,6 +263,7 @@ class Book:
             *(language, self.documents, tuple(self.targets), tuple(moves), self.tools, self.frames, self.doubts),
             left=tuple(self.left),
             notes=tuple(dict.fromkeys(self.notes)),
+            loads=self.loads,
         )
         spoiled = {target: why for target, why in self._spoiled.items() if target in used}
         return program.leaving(spoiled, dropped=set(range(len(self.targets))) - used)

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from nicegui import events, run, ui
 
-from fastcal.compensation import CompensatedProgram, compensate_program
+from fastcal.compensation import CompensatedProgram, compensate_program, kilograms
 from fastcal.errors import FastcalError
 from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
-from fastcal.programs import Program
+from fastcal.programs import Program, carried, stated_masses
 from fastcal.report.formatting import fixed
 from fastcal.report.language import _
 from fastcal.robot.controller_robot import nominal_robot
@@ -63,7 +63,7 @@ def build(studio: Studio) -> None:
         there = programs()
         source = ui.select(there, value=there[0] if there else None, label=_("Program")).classes("w-64")
         model = ui.select(models, value=models[0], label=_("Model")).classes("w-56")
-        payload = ui.number(_("Payload, kg"), value=0.0, min=0).classes("w-28")
+        payload = ui.number(_("Payload, kg"), min=0, placeholder=_("as stated")).classes("w-28")
 
         async def change() -> None:
             if not source.value:
@@ -72,7 +72,7 @@ def build(studio: Studio) -> None:
             out.clear()
             with out:
                 robot, path = load_robot(project.path(model.value)), project.path(source.value)
-                options: dict[str, Any] = {"payload": float(payload.value)} if payload.value else {}
+                options: dict[str, Any] = {} if payload.value is None else {"payload": float(payload.value)}
                 try:
                     program = load_program(path)
                     found = await run.io_bound(partial(compensate_program, robot, program, **options))
@@ -91,7 +91,27 @@ def build(studio: Studio) -> None:
                 _shown(studio, robot, program, found, files, project.remember([*words, "-o", f"{OUT}/{path.name}"]))
 
         ui.button(_("Compensate"), on_click=change).props('data-test="compensate"')
+        stated = ui.label().classes("text-sm w-full").props('data-test="stated"')
+
+        def say_payload() -> None:
+            stated.text = _payload_of(project.path(source.value)) if source.value else ""
+
+        source.on_value_change(say_payload)
+        say_payload()
     out = ui.column().classes("w-full")
+
+
+def _payload_of(path: Path) -> str:
+    """What a program states that the arm carries, and what it does not; empty where it says nothing, or is not read."""
+    try:
+        program = load_program(path)
+    except FastcalError:  # said when it is compensated
+        return ""
+    masses, unknown = stated_masses(program, {}), dict.fromkeys(w for c in carried(program, {}) for w in c.unknown)
+    said_of = [_("Payload as the program states it: {stated}.", stated=_(kilograms(masses)))] if masses else []
+    missing = "; ".join(_(why) for why in unknown)
+    said_of += [_("Enter the payload: {why}.", why=missing)] if missing else []
+    return " ".join(said_of)
 
 
 def _own(studio: Studio, text: str) -> str:
@@ -115,7 +135,7 @@ def _shown(
         for sentence in (*found.left, *found.assumed):
             ui.label(f"⚠ {_own(studio, _(sentence))}").classes("text-warning")
         for sentence in found.notes:
-            ui.label(f"• {_own(studio, _(sentence))}").classes("text-sm")
+            ui.label(f"• {_own(studio, _(sentence))}").classes("text-sm").props('data-test="note"')
         for file in files:
             name = str(file.relative_to(studio.project.folder))
             ui.link(_("Download {file}", file=file.name), address(name)).props('download data-test="download"')
