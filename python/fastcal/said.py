@@ -64,6 +64,11 @@ def said(message: str, /, **values: Any) -> Said:
     return Said(message, **values)
 
 
+def sentence_of(error: Exception) -> str:
+    """The sentence of an error, with its parts where it has any, so that a page can translate it."""
+    return error.args[0] if len(error.args) == 1 and isinstance(error.args[0], Said) else str(error)
+
+
 def joined(between: str, parts: Iterable[str]) -> Said:
     """Parts, each in the page's language, with something between them that all languages share."""
     parts = list(parts)

@@ -58,8 +58,9 @@ def payloads(places: Places, q: FloatArray, conditions: dict[str, Any]) -> Paylo
     mass = np.array([max(each.masses, default=0.0) for each in found])
     least = np.array([min(each.masses, default=0.0) for each in found])
     if not _is_felt(places, q, conditions, max((_PROBE, *stated))):
-        text = "the program states a payload of {stated}; this model does not depend on it"
-        note = said(text, stated=kilograms(stated))
+        note = said(
+            "the program states a payload of {stated}; this model does not depend on it", stated=kilograms(stated)
+        )
         return Payloads(mass, least, notes=(note,) if stated and stated[-1] > 0 else ())
     assumed, notes = [], []
     if stated:
@@ -67,12 +68,19 @@ def payloads(places: Places, q: FloatArray, conditions: dict[str, Any]) -> Paylo
     for why in dict.fromkeys(why for each in found for why in each.unknown):
         of = [i for i, each in enumerate(found) if why in each.unknown]
         taken = tuple(sorted(set(mass[of].tolist())))
-        text = "{why}: for {targets} {taken} are taken; a payload for the whole program or a cell file decides"
-        assumed.append(said(text, why=why, targets=_named(places, of), taken=kilograms(taken)))
+        assumed.append(
+            said(
+                "{why}: for {targets} {taken} are taken; a payload for the whole program or a cell file decides",
+                why=why,
+                targets=_named(places, of),
+                taken=kilograms(taken),
+            )
+        )
     silent = [i for i, each in enumerate(found) if not each.masses and not each.unknown]
     if stated and silent:
-        text = "the program states no payload for {targets}: 0 kg are taken"
-        notes.append(said(text, targets=_named(places, silent)))
+        notes.append(
+            said("the program states no payload for {targets}: 0 kg are taken", targets=_named(places, silent))
+        )
     return Payloads(mass, least, tuple(assumed), tuple(notes))
 
 
@@ -86,11 +94,14 @@ def left_by_other_loads(
     left = [float(np.linalg.norm((places.tool_at(i, got[i]) - places.tool_at(i, wanted[i]))[:3, 3])) for i in of]
     if max(left, default=0.0) < _FEEL:
         return []
-    text = (
-        "{targets}: passed with more than one payload and corrected for the greatest; with the least at most "
-        "{left:.3f} mm are left"
-    )
-    return [said(text, targets=_named(places, of), left=float(from_si(max(left), "mm")))]
+    return [
+        said(
+            "{targets}: passed with more than one payload and corrected for the greatest; with the least at most "
+            "{left:.3f} mm are left",
+            targets=_named(places, of),
+            left=float(from_si(max(left), "mm")),
+        )
+    ]
 
 
 def kilograms(masses: Sequence[float]) -> str:
@@ -100,7 +111,7 @@ def kilograms(masses: Sequence[float]) -> str:
 
 def _named(places: Places, of: Sequence[int]) -> str:
     """The first of some targets by name, and how many more there are."""
-    shown = ", ".join(places.program.targets[i].name for i in of[:_SHOWN])
+    shown = joined(", ", [places.program.targets[i].name for i in of[:_SHOWN]])
     return said("{shown} and {count} more", shown=shown, count=len(of) - _SHOWN) if len(of) > _SHOWN else shown
 
 

@@ -35,9 +35,6 @@ from fastcal.programs.syntax import Node
 from fastcal.said import said
 
 LARGEST = 1e12  # mm or deg; 9E9 stands for an axis that is not there
-_COMPUTED = "the mass of load {name} is computed at run time, in {where}"
-_NONE_GIVEN = "the mass of load {name} is {mass:g} in {where}, which stands for none given"
-CHANGED = "load {name} is changed at run time, in {where}"
 SOMEWHERE = (math.nan, math.nan, math.nan)  # an offset that is not known
 
 
@@ -88,6 +85,11 @@ class Place:
 
 
 NOWHERE = Place()
+
+
+def load_changes(name: str, where: str) -> str:
+    """Why a load whose mass the program changes is not relied upon."""
+    return said("load {name} is changed at run time, in {where}", name=name, where=where)
 
 
 def product(first: Place, second: Place) -> Place:
@@ -187,7 +189,8 @@ class Book:
         }
         plain = tuple(number for number in found if number is not None)
         self._at[key] = len(self.targets)
-        self.targets.append(Target(name or f"the target of line {line}", line, kind, plain, texts))
+        name = name or said("the target of line {line}", line=line)
+        self.targets.append(Target(name, line, kind, plain, texts))
         return self._at[key]
 
     def go(self, place: Place, document: int, at: int, frame: str | None, **move: Any) -> None:
@@ -233,15 +236,23 @@ class Book:
         """A tool, a frame or a load that cannot be relied upon."""
         self.doubts.setdefault((what, name.lower()), why)
 
-    def weigh(self, name: str, mass: float | None, where: str) -> None:
-        """Enters a load's mass [kg], said at `where`: doubtful where it is computed, or less than nothing."""
+    def weigh(self, name: str, mass: float | None, line: int) -> None:
+        """Enters a load's mass [kg], said in a line: doubtful where it is computed, or less than nothing."""
+        where = said("line {line}", line=line)
         known = self.loads.setdefault(name.lower(), math.nan if mass is None else mass)
         if mass is None:
-            self.doubt("load", name, said(_COMPUTED, name=name, where=where))
+            why = said("the mass of load {name} is computed at run time, in {where}", name=name, where=where)
+            self.doubt("load", name, why)
         elif mass < 0:
-            self.doubt("load", name, said(_NONE_GIVEN, name=name, mass=float(mass), where=where))
+            why = said(
+                "the mass of load {name} is {mass:g} in {where}, which stands for none given",
+                name=name,
+                mass=float(mass),
+                where=where,
+            )
+            self.doubt("load", name, why)
         elif mass != known:
-            self.doubt("load", name, said(CHANGED, name=name, where=where))
+            self.doubt("load", name, load_changes(name, where))
 
     def program(self, language: Language) -> Program:
         """The program: targets that moves go to, and those that are kept anyway; others are no targets."""

@@ -180,7 +180,7 @@ class _Reader(Walker):
         word = root.text.upper()
         line = self.book.line(self.document, statement.start)
         if word in _LOADS:
-            self._load(to, value, f"line {line}")
+            self._load(to, value, line)
             return
         if word in _DATA or (word in _ACTIVE and to.kind != "name"):
             self.takes_as_frame(statement.start, value)
@@ -216,7 +216,7 @@ class _Reader(Walker):
         else:
             known[label] = T
 
-    def _load(self, to: Node, value: Node, where: str) -> None:
+    def _load(self, to: Node, value: Node, line: int) -> None:
         """$LOAD = LOAD_DATA[1], $LOAD = {M 5.0, ...}, $LOAD.M = 5.0: what hangs on the flange; so LOAD_DATA[1]."""
         if to.kind == "field" and to.text.upper() != "M":
             return  # where its centre is
@@ -226,11 +226,11 @@ class _Reader(Walker):
         if name is None:  # $LOAD
             name = self._load_number(value)
             if name is None:
-                name = f"$LOAD of {where}"
-                self.book.weigh(name, mass, where)
+                name = f"$LOAD of line {line}"
+                self.book.weigh(name, mass, line)
             self._mount(name)
         else:
-            self.book.weigh(name, mass, where)
+            self.book.weigh(name, mass, line)
 
     def _load_number(self, node: Node) -> str | None:
         """1 of LOAD_DATA[1], what its number is computed from where that is not known; None for what is none."""
@@ -295,7 +295,7 @@ class _Reader(Walker):
                 self._activate(_ACTIVE[part.text], part.parts[0], statement)
             elif part.kind == "named" and part.text == "$LOAD" and part.parts:
                 line = self.book.line(self.document, statement.start)
-                self._load(Node("name", part.text, part.start, part.end), part.parts[0], f"line {line}")
+                self._load(Node("name", part.text, part.start, part.end), part.parts[0], line)
 
     def _move(self, statement: Statement) -> None:
         outer = self.state

@@ -13,7 +13,7 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.programs import orientation
-from fastcal.programs.book import CHANGED, NOWHERE, SOMEWHERE, Book, Place, any_of
+from fastcal.programs.book import NOWHERE, SOMEWHERE, Book, Place, any_of, load_changes
 from fastcal.programs.flow import State, Walker
 from fastcal.programs.program import Document, Program
 from fastcal.programs.rapid.language import Rapid
@@ -93,7 +93,7 @@ class _Reader(Walker):
 
     def _weigh(self, name: Node, mass: Node) -> None:
         """The mass of a tool, or of a load in it."""
-        self.book.weigh(name.text, self.number(mass), f"line {self.book.line(self.document, mass.start)}")
+        self.book.weigh(name.text, self.number(mass), self.book.line(self.document, mass.start))
 
     def _pose(self, node: Node) -> FloatArray | None:
         """[[x, y, z], [q1, q2, q3, q4]] as a pose; None where it is none."""
@@ -192,10 +192,10 @@ class _Reader(Walker):
         if not what:
             self.assign(statement)
             return
-        where = f"line {self.book.line(self.document, statement.start)}"
+        where = said("line {line}", line=self.book.line(self.document, statement.start))
         for each in what:
             why = f"{each} {root.text} is changed at run time, in {where}"
-            self.book.doubt(each, root.text, said(CHANGED, name=root.text, where=where) if each == "load" else why)
+            self.book.doubt(each, root.text, load_changes(root.text, where) if each == "load" else why)
         self.takes_as_frame(statement.start, *statement.parts[1:])
 
     def _instruction(self, statement: Statement) -> None:

@@ -177,9 +177,9 @@ class _Reader(Walker):
         """set_payload(2.35, [0, 0, 0.06]): all that hangs on the flange, from there on."""
         self.read(statement)
         first = next((part.parts[0] for part in statement.parts if part.kind == "named" and part.text == "m"), None)
-        where = f"line {self.book.line(self.document, statement.start)}"
-        label = f"{statement.name} of {where}"
-        self.book.weigh(label, self.number(first or statement.parts[0]), where)
+        line = self.book.line(self.document, statement.start)
+        label = f"{statement.name} of line {line}"
+        self.book.weigh(label, self.number(first or statement.parts[0]), line)
         self.state = replace(self.state, loads=(label,))
 
     def _move(self, statement: Statement) -> None:

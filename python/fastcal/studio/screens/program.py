@@ -19,13 +19,14 @@ from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
 from fastcal.programs import Program, carried, stated_masses
 from fastcal.report.formatting import fixed
-from fastcal.report.language import _
+from fastcal.report.language import _, retold
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
+from fastcal.said import sentence_of
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import INPUTS
-from fastcal.studio.shell import card, command_line, decimals, said_by, table, told
+from fastcal.studio.shell import card, command_line, decimals, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -77,7 +78,7 @@ def build(studio: Studio) -> None:
                     program = load_program(path)
                     found = await run.io_bound(partial(compensate_program, robot, program, **options))
                 except FastcalError as error:
-                    ui.label(_own(studio, _(said_by(error)))).classes("text-negative").props(
+                    ui.label(_own(studio, retold(sentence_of(error)))).classes("text-negative").props(
                         'data-test="refused" role=alert'
                     )
                     return
@@ -109,7 +110,7 @@ def _payload_of(path: Path) -> str:
         return ""
     masses, unknown = stated_masses(program, {}), dict.fromkeys(w for c in carried(program, {}) for w in c.unknown)
     said_of = [_("Payload as the program states it: {stated}.", stated=_(kilograms(masses)))] if masses else []
-    missing = "; ".join(_(why) for why in unknown)
+    missing = "; ".join(map(retold, unknown))
     said_of += [_("Enter the payload: {why}.", why=missing)] if missing else []
     return " ".join(said_of)
 
@@ -133,9 +134,9 @@ def _shown(
         )
         ui.label(taken).classes("text-lg").props('data-test="taken"')
         for sentence in (*found.left, *found.assumed):
-            ui.label(f"⚠ {_own(studio, _(sentence))}").classes("text-warning")
+            ui.label(f"⚠ {_own(studio, retold(sentence))}").classes("text-warning")
         for sentence in found.notes:
-            ui.label(f"• {_own(studio, _(sentence))}").classes("text-sm").props('data-test="note"')
+            ui.label(f"• {_own(studio, retold(sentence))}").classes("text-sm").props('data-test="note"')
         for file in files:
             name = str(file.relative_to(studio.project.folder))
             ui.link(_("Download {file}", file=file.name), address(name)).props('download data-test="download"')
@@ -145,7 +146,7 @@ def _shown(
     before = nominal.forward(found.nominal_q)[:, :3, 3]
     points = pictures.millimetres(before)
     shift = pictures.millimetres(found.shift[:, :3])
-    texts = [f"{t.name}: {fixed(float(e), 2)} mm" for t, e in zip(found.targets, error, strict=True)]
+    texts = [f"{retold(t.name)}: {fixed(float(e), 2)} mm" for t, e in zip(found.targets, error, strict=True)]
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
         with card(_("In space"), _("Targets, and where they are sent instead, {times} times as long.", times=_TIMES)):
             traces: list[dict[str, Any]] = [pictures.cloud(points, pictures.BLUE, texts, 5),
@@ -153,7 +154,7 @@ def _shown(
             ui.plotly(pictures.scene([*traces, *pictures.arm(nominal, found.nominal_q[0])])).classes("w-full")
         with card(_("Targets")):
             rows = [
-                {"target": t.name, "line": t.line, "error": round(float(e), 3),
+                {"target": retold(t.name), "line": t.line, "error": round(float(e), 3),
                  "turn": round(float(np.abs(from_si(found.q[k] - found.nominal_q[k], "deg")).max()), 4)}
                 for k, (t, e) in enumerate(zip(found.targets, error, strict=True))
             ]  # fmt: skip
