@@ -66,7 +66,11 @@ def said(message: str, /, **values: Any) -> Said:
 
 def sentence_of(error: Exception) -> str:
     """The sentence of an error, with its parts where it has any, so that a page can translate it."""
-    return error.args[0] if len(error.args) == 1 and isinstance(error.args[0], Said) else str(error)
+    told = error.args[0] if error.args else None
+    if not isinstance(told, Said):
+        return str(error)
+    where = str(error).removesuffix(told)  # a file and a line before it
+    return joined("", [where, told]) if where else told
 
 
 def joined(between: str, parts: Iterable[str]) -> Said:

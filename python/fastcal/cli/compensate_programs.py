@@ -95,11 +95,9 @@ def _changed(
 
 def _foreign(robot: Robot, done: Done) -> list[str]:
     """A warning for each language that is not the one that the arm's controller speaks."""
-    from fastcal.programs import language_of_arm
+    from fastcal.programs import foreign
 
-    spoken = language_of_arm(robot.name)
-    others = dict.fromkeys(program.language.name for _, program, _ in done if program.language.name != spoken)
-    return [f"the arm {robot.name} speaks {spoken}, and this program is in {name}" for name in others if spoken]
+    return list(dict.fromkeys(filter(None, (foreign(robot.name, program.language.name) for _, program, _ in done))))
 
 
 def _write_corrections(robot: Robot, path: Path, done: Done) -> None:

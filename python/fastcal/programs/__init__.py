@@ -8,7 +8,7 @@ One file a language: ABB RAPID, KUKA KRL, FANUC LS and URScript.
 from fastcal.programs.frames import Cell, Frames
 from fastcal.programs.languages import SUFFIXES, doubts_on_joints, is_program, language_of, read_program
 from fastcal.programs.loads import Carried, carried, stated_masses
-from fastcal.programs.makers import language_of_arm, other_language, refusal
+from fastcal.programs.makers import foreign, language_of_arm, other_language, refusal
 from fastcal.programs.program import Document, Language, Left, Move, Number, Program, Target, Word
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "Word",
     "carried",
     "doubts_on_joints",
+    "foreign",
     "is_program",
     "language_of",
     "language_of_arm",

@@ -40,7 +40,7 @@ class _Screen:
     """The screen, whose parts are shown anew as an answer changes."""
 
     def __init__(self, studio: Studio) -> None:
-        self.studio, self.project = studio, studio.project
+        self.studio, self.project, self.asked = studio, studio.project, 0
         with card(_("1  Arm"), _("Choose it from the list, or give its own file.")), ui.row().classes("gap-4"):
             self._arm()
         hint = _("Drop them as the instrument and the controller wrote them, or press +; what each holds decides.")
@@ -54,16 +54,23 @@ class _Screen:
             self.columns()
         with card(_("4  Does it fit?"), _("The nominal arm on the joined list, base and tool fitted.")):
             self.toggles()
+            with ui.row().classes("items-center") as self.busy:
+                ui.spinner(size="sm")
+                ui.label(_("checking the files"))
             self.result = ui.column().classes("w-full")
         ui.timer(0.05, self.show, once=True)
 
     async def show(self) -> None:
-        """Reads anew what the project has, beside the window."""
+        """Reads anew what the project has, beside the window; of several answers the last question's is shown."""
+        self.asked += 1
+        asked, self.busy.visible = self.asked, True
         found = await run.io_bound(reading.understand, self.project)
+        if found is None or asked != self.asked:  # the window was closed, or something was changed meanwhile
+            return
+        self.busy.visible = False
         self.result.clear()
-        if found is not None:  # the window is still there
-            with self.result:
-                _result(self.studio, found)
+        with self.result:
+            _result(self.studio, found)
 
     def changes(self, act: Callable[..., Any]) -> Callable[..., Any]:
         """A handler that acts, says what went wrong, and shows the screen anew."""

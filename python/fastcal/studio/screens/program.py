@@ -17,7 +17,7 @@ from fastcal.compensation import CompensatedProgram, compensate_program, kilogra
 from fastcal.errors import FastcalError
 from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
-from fastcal.programs import Program, carried, stated_masses
+from fastcal.programs import SUFFIXES, Program, carried, foreign, language_of, other_language, refusal, stated_masses
 from fastcal.report.formatting import fixed
 from fastcal.report.language import _, retold
 from fastcal.robot.controller_robot import nominal_robot
@@ -26,12 +26,12 @@ from fastcal.said import sentence_of
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import INPUTS
-from fastcal.studio.shell import card, command_line, decimals, table, told
+from fastcal.studio.shell import card, command_line, decimals, refuse, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
 OUT = "programs"
-_ENDINGS = (".mod", ".src", ".ls", ".script", ".urp", ".txt")
+_READ = ", ".join(SUFFIXES)
 _TIMES = 50  # so much longer are the arrows
 _FEW = 10  # targets are shown without a space below them
 
@@ -48,15 +48,20 @@ def build(studio: Studio) -> None:
     def programs() -> list[str]:
         folder = project.path(INPUTS)
         found = sorted(folder.iterdir()) if folder.is_dir() else []
-        return [f"{INPUTS}/{path.name}" for path in found if path.suffix.lower() in _ENDINGS[:-2]]
+        read = [path.name for path in found if language_of(path.name) and path.suffix.lower() != ".dat"]
+        return [f"{INPUTS}/{name}" for name in read]
 
     hint = _("RAPID (.mod), KRL (.src with its .dat), TP (.ls) or URScript (.script).")
     with card(_("Which program, by which model"), hint), ui.row().classes("items-end gap-4"):
 
         async def arrived(event: events.UploadEventArguments) -> None:
             with told():
-                name = project.receive(event.file.name, await event.file.read())
-                source.set_options(programs(), value=name if name in programs() else None)
+                name, content = event.file.name, await event.file.read()
+                if why := _not_read(name, content):
+                    refuse(why)
+                else:
+                    name = project.receive(name, content)
+                    source.set_options(programs(), value=name if name in programs() else source.value)
             upload.reset()
 
         upload = ui.upload(label=_("Drop a program"), auto_upload=True, multiple=True, on_upload=arrived)
@@ -102,6 +107,15 @@ def build(studio: Studio) -> None:
     out = ui.column().classes("w-full")
 
 
+def _not_read(name: str, content: bytes) -> str:
+    """Why a file is no program that is read; empty where it may be one."""
+    if (other := other_language(name, content)) is not None:
+        return refusal(name, other)
+    if language_of(name) is None:
+        return _("{name}: no robot program, by its ending; read are {endings}", name=name, endings=_READ)
+    return ""
+
+
 def _payload_of(path: Path) -> str:
     """What a program states that the arm carries, and what it does not; empty where it says nothing, or is not read."""
     try:
@@ -133,7 +147,8 @@ def _shown(
             most=float(error.max()),
         )
         ui.label(taken).classes("text-lg").props('data-test="taken"')
-        for sentence in (*found.left, *found.assumed):
+        foreign_to = foreign(robot.name, program.language.name)
+        for sentence in (*([foreign_to] if foreign_to else []), *found.left, *found.assumed):
             ui.label(f"⚠ {_own(studio, retold(sentence))}").classes("text-warning")
         for sentence in found.notes:
             ui.label(f"• {_own(studio, retold(sentence))}").classes("text-sm").props('data-test="note"')
