@@ -143,7 +143,7 @@ def test_without_an_option_the_payload_is_the_programs_own(fastcal, programs, tm
     assert json.loads(said.out)["payloads_kg"] == [pytest.approx(4.5)]
     Path("cell.yaml").write_text("loads: {'2': {mass_kg: -1}}\n")
     said = fastcal(*common, "-o", "s.src")
-    assert said.error.startswith("cell.yaml: loads.2: mass_kg: expected a mass of 0 or more, got -1")
+    assert said.error.startswith("cell.yaml: loads.2.mass_kg: expected a mass of 0 or more, got -1")
 
 
 def test_a_calibrated_model_knows_its_controller_s_robot(demo, process, tmp_path) -> None:
