@@ -38,20 +38,6 @@ def studio(studio_in: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 
 
 @patiently
-def test_files_in_the_wrong_fields_find_their_place(look: Any, studio: Any, shared_data: Any) -> None:
-    folder = shared_data / "exports" / "01_sa_points"
-    look.go("/")
-    look.drop("instrument", folder / "joints.csv")
-    look.page.get_by_text("joints.csv holds joints and no points").wait_for()
-    look.drop("controller", folder / "ur5_sa.txt")
-    look.page.locator('[data-test="misfit"][data-grade="good"]').wait_for()
-    assert Project(studio.folder).answers["controller"] == "inputs/joints.csv"
-    assert Project(studio.folder).answers["instrument"] == ["inputs/ur5_sa.txt"]
-    look.get("save-test").click()
-    assert look.get("command").inner_text().endswith("-o test.csv")
-
-
-@patiently
 def test_a_box_of_no_size_is_not_added(look: Any, studio: Any) -> None:
     look.go("/plan")
     look.get("add-box").click()
@@ -113,3 +99,18 @@ def test_a_programs_payload_is_shown_and_used(look: Any, studio: Any, tmp_path: 
     (tmp_path / "notes.txt").write_text("{x}")
     look.drop("program", tmp_path / "notes.txt")
     look.page.get_by_text("notes.txt: no robot program, by its ending").wait_for()
+
+
+@patiently
+def test_files_in_the_wrong_fields_find_their_place(look: Any, studio: Any, shared_data: Any) -> None:
+    """The last one: it writes other test poses."""
+    folder = shared_data / "exports" / "01_sa_points"
+    look.go("/")
+    look.drop("instrument", folder / "joints.csv")
+    look.page.get_by_text("joints.csv holds joints and no points").wait_for()
+    look.drop("controller", folder / "ur5_sa.txt")
+    look.page.locator('[data-test="misfit"][data-grade="good"]').wait_for()
+    assert Project(studio.folder).answers["controller"] == "inputs/joints.csv"
+    assert Project(studio.folder).answers["instrument"] == ["inputs/ur5_sa.txt"]
+    look.get("save-test").click()
+    assert look.get("command").inner_text().endswith("-o test.csv")

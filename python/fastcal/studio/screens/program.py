@@ -69,7 +69,7 @@ def build(studio: Studio) -> None:
         there = programs()
         source = ui.select(there, value=there[0] if there else None, label=_("Program")).classes("w-64")
         model = ui.select(models, value=models[0], label=_("Model")).classes("w-56")
-        payload = ui.number(_("Payload, kg"), min=0, placeholder=_("as stated")).classes("w-28")
+        payload = ui.number(_("Payload, kg"), min=0).classes("w-28").props("stack-label")
 
         async def change() -> None:
             if not source.value:
@@ -101,6 +101,7 @@ def build(studio: Studio) -> None:
 
         def say_payload() -> None:
             stated.text = _payload_of(project.path(source.value)) if source.value else ""
+            payload.props(f'placeholder="{_("as stated") if stated.text else 0}"')
 
         source.on_value_change(say_payload)
         say_payload()
