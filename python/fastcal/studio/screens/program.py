@@ -100,8 +100,9 @@ def build(studio: Studio) -> None:
         stated = ui.label().classes("text-sm w-full").props('data-test="stated"')
 
         def say_payload() -> None:
-            stated.text = _payload_of(project.path(source.value)) if source.value else ""
-            payload.props(f'placeholder="{_("as stated") if stated.text else 0}"')
+            known, missing = _payload_of(project.path(source.value)) if source.value else ("", "")
+            stated.text = f"{known} {missing}".strip()
+            payload.props(f'placeholder="{_("as stated") if known else 0}"')
 
         source.on_value_change(say_payload)
         say_payload()
@@ -117,17 +118,16 @@ def _not_read(name: str, content: bytes) -> str:
     return ""
 
 
-def _payload_of(path: Path) -> str:
-    """What a program states that the arm carries, and what it does not; empty where it says nothing, or is not read."""
+def _payload_of(path: Path) -> tuple[str, str]:
+    """What a program states that the arm carries, and what of it is not known; empty where there is nothing to say."""
     try:
         program = load_program(path)
     except FastcalError:  # said when it is compensated
-        return ""
+        return "", ""
     masses, unknown = stated_masses(program, {}), dict.fromkeys(w for c in carried(program, {}) for w in c.unknown)
-    said_of = [_("Payload as the program states it: {stated}.", stated=_(kilograms(masses)))] if masses else []
-    missing = "; ".join(map(retold, unknown))
-    said_of += [_("Enter the payload: {why}.", why=missing)] if missing else []
-    return " ".join(said_of)
+    known = _("Payload as the program states it: {stated}.", stated=_(kilograms(masses))) if masses else ""
+    why = "; ".join(map(retold, unknown))
+    return known, _("Enter the payload: {why}.", why=why) if why else ""
 
 
 def _own(studio: Studio, text: str) -> str:
