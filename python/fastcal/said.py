@@ -64,6 +64,15 @@ def said(message: str, /, **values: Any) -> Said:
     return Said(message, **values)
 
 
+def sentence_of(error: Exception) -> str:
+    """The sentence of an error, with its parts where it has any, so that a page can translate it."""
+    told = error.args[0] if error.args else None
+    if not isinstance(told, Said):
+        return str(error)
+    where = str(error).removesuffix(told)  # a file and a line before it
+    return joined("", [where, told]) if where else told
+
+
 def joined(between: str, parts: Iterable[str]) -> Said:
     """Parts, each in the page's language, with something between them that all languages share."""
     parts = list(parts)

@@ -11,8 +11,9 @@ import pickle
 import pytest
 
 from fastcal.diagnosis.words import cause_in_words, owner_in_words
+from fastcal.errors import InvalidInput, ParseError
 from fastcal.report.language import _, in_language
-from fastcal.said import Said, capital, chained, joined, said
+from fastcal.said import Said, capital, chained, joined, said, sentence_of
 
 
 def test_a_text_is_english_and_says_itself_again() -> None:
@@ -40,3 +41,16 @@ def test_copies_remember_as_well(text: Said) -> None:
     for other in (copy.deepcopy(text), pickle.loads(pickle.dumps(text))):  # noqa: S301  our own
         assert (other, other.message, other.values) == (text, text.message, text.values)
         assert type(other) is type(text)
+
+
+def test_the_sentence_of_an_error_keeps_its_parts_and_its_place() -> None:
+    german = {"holds {count} rows": "enthält {count} Zeilen"}
+    for error, english, other in (
+        (InvalidInput(said("holds {count} rows", count=2)), "holds 2 rows", "enthält 2 Zeilen"),
+        (ParseError(said("holds {count} rows", count=2), "a", 3), "a:3: holds 2 rows", "a:3: enthält 2 Zeilen"),
+        (ParseError("holds {x}", "a.csv"), "a.csv: holds {x}", None),
+        (InvalidInput(), "", None),
+    ):
+        found = sentence_of(error)
+        assert found == english
+        assert (found.again(lambda text: german.get(text, text), ",") if isinstance(found, Said) else None) == other

@@ -68,7 +68,7 @@ def compensate(
         typer.Option(metavar="CELL", help="For a program: tools and frames that it refers to by name only."),
     ] = None,
     payload_kg: Annotated[
-        float | None, typer.Option(min=0, help="For a program: payload; a table has a column for it.")
+        float | None, typer.Option(min=0, help="For a program: payload; default: as it states. A table has a column.")
     ] = None,
     temperature_c: Annotated[
         float | None, typer.Option(help="For a program: temperature of the arm; a table has a column for it.")

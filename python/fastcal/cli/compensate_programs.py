@@ -95,11 +95,9 @@ def _changed(
 
 def _foreign(robot: Robot, done: Done) -> list[str]:
     """A warning for each language that is not the one that the arm's controller speaks."""
-    from fastcal.programs import language_of_arm
+    from fastcal.programs import foreign
 
-    spoken = language_of_arm(robot.name)
-    others = dict.fromkeys(program.language.name for _, program, _ in done if program.language.name != spoken)
-    return [f"the arm {robot.name} speaks {spoken}, and this program is in {name}" for name in others if spoken]
+    return list(dict.fromkeys(filter(None, (foreign(robot.name, program.language.name) for _, program, _ in done))))
 
 
 def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
@@ -170,6 +168,7 @@ def _emit(done: Done, written: list[Path]) -> None:
             "mean_error_mm": from_si(float(error.mean()), "mm") if len(error) else None,
             "largest_error_mm": from_si(float(error.max()), "mm") if len(error) else None,
             "largest_sigma_mm": from_si(float(sigma.max()), "mm") if np.isfinite(sigma).all() and len(sigma) else None,
+            "payloads_kg": sorted({m for _file, _program, found in done if found for m in found.payload.tolist()}),
             "left": [sentence for _file, _program, found in done if found is not None for sentence in found.left],
             "files": list(map(str, written)),
         }

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """What a calibration is for: the commands that bring the tool to where it should be."""
 
+from fastcal.compensation.carried import kilograms
 from fastcal.compensation.commands import METHODS, Compensation, compensate
 from fastcal.compensation.one_step import one_step
 from fastcal.compensation.paths import PathAccuracy, path_accuracy
@@ -17,6 +18,7 @@ __all__ = [
     "Targets",
     "compensate",
     "compensate_program",
+    "kilograms",
     "one_step",
     "path_accuracy",
 ]

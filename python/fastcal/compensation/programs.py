@@ -20,6 +20,7 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
+from fastcal.compensation.carried import left_by_other_loads, payloads
 from fastcal.compensation.commands import METHODS, deviation, notes_on_ranges
 from fastcal.compensation.configurations import Configurations, at_axes
 from fastcal.compensation.motion import at_rest
@@ -62,6 +63,7 @@ class CompensatedProgram:
         error: (N,) distance [m] by which the tool would miss each nominal target without compensation.
         sigma: (N,) deviation [m] of a coordinate of the model's own point there, the root mean square of the
             three; NaN where the model does not know it.
+        payload: (N,) that each is corrected for [kg].
         left: Targets and moves that are left as they are because they were not understood, a sentence each.
         assumed: What the program does not say and is taken for granted, a sentence each.
         notes: What else to know, a sentence each.
@@ -74,6 +76,7 @@ class CompensatedProgram:
     shift: FloatArray
     error: FloatArray
     sigma: FloatArray
+    payload: FloatArray
     left: tuple[str, ...]
     assumed: tuple[str, ...]
     notes: tuple[str, ...]
@@ -105,7 +108,7 @@ def compensate_program(
         again: Compensate a program that says that it was compensated already.
         threads: Cores; the result does not depend on it.
         **conditions: payload [kg], temperature [K] ... of the whole program, in which nothing lags behind that one
-            temperature; approach and move are taken from the moves.
+            temperature; approach and move are taken from the moves, and so is a payload that is not given.
 
     Raises:
         ParseError: A target cannot be reached; names the line.
@@ -124,6 +127,8 @@ def compensate_program(
     places, q_given, assumed = _understood(Places(robot, nominal_robot(robot, nominal), program, cell or Cell()))
     program, notes = places.program, []
     order = _order(program)
+    loads = payloads(places, q_given, _moves(q_given, order) | conditions)
+    conditions["payload"] = loads.mass
     if inverse:
         q = _brought_back(places, q_given, order, conditions, threads)
         q_nominal = q
@@ -137,8 +142,11 @@ def compensate_program(
     changes, change_notes = _changes(places, q_given, q)
     if nominal is None and not model.description.calibration:
         notes.append(f"{model.name} holds no calibration: its own geometry is taken as the controller's model")
-    notes += [*_on_the_arm(model, program), *program.notes, *change_notes, *notes_on_ranges(robot, q, conditions)]
-    notes += [] if inverse else _offsets(places, q_nominal, q, conditions)
+    notes += [*_on_the_arm(model, program), *program.notes, *loads.notes, *change_notes]
+    notes += notes_on_ranges(robot, q, conditions)
+    if not inverse:
+        notes += left_by_other_loads(places, loads, q_nominal, q, conditions)
+        notes += _offsets(places, q_nominal, q, conditions)
     error = np.array(
         [
             np.linalg.norm((places.tool_at(i, got) - places.tool_at(i, wanted))[:3, 3])
@@ -152,8 +160,9 @@ def compensate_program(
     return CompensatedProgram(
         stamp.stamped(program.rewritten(changes), program.language.name, says),
         *(program.targets, q_given, np.asarray(q), shift, error, deviation(robot, q, conditions)),
+        loads.mass,
         tuple(dict.fromkeys(left)),
-        assumed,
+        (*assumed, *loads.assumed),
         tuple(dict.fromkeys(notes)),
     )
 
@@ -169,7 +178,7 @@ def _compensated(
         swings = target.kind == "joints" and np.abs(_turns(places.nominal, q[i] - q_nominal[i])).max() > _MOST_TURN
         if found.reached[i] and not swings:
             continue
-        own = {name: _row(value, i, len(q)) for name, value in conditions.items()}
+        own = _of_target(conditions, i, len(q))
         near = command_by_small_moves(places.robot, places.nominal, poses[i : i + 1], q_nominal[i : i + 1], **own)
         if near is None:
             if found.reached[i]:
@@ -376,7 +385,7 @@ def _offsets(places: Places, q_nominal: FloatArray, q: FloatArray, conditions: d
         T_frame_tool = places.in_frame(move.target, places.nominal.forward(q[move.target])[0])
         commanded = places.world(move.target, shift @ T_frame_tool)
         joints = inverse_kinematics(places.nominal, commanded, seed=q[move.target], restarts=0).q
-        own = {name: _row(value, move.target, len(q)) for name, value in conditions.items()}
+        own = _of_target(conditions, move.target, len(q))
         got = places.robot.forward(joints, **own)[0]
         left = np.linalg.norm((places.tool_at(move.target, got) - places.tool_at(move.target, wanted))[:3, 3])
         notes.append(
@@ -385,10 +394,14 @@ def _offsets(places: Places, q_nominal: FloatArray, q: FloatArray, conditions: d
     return notes
 
 
-def _row(value: Any, row: int, count: int) -> Any:
-    """A condition of one target, where every target has its own, as of the approach."""
-    array = np.asarray(value)
-    return array[row : row + 1] if array.ndim == 2 and len(array) == count else value
+def _of_target(conditions: dict[str, Any], row: int, count: int) -> dict[str, Any]:
+    """The conditions of one target: of those that every target has its own of, as the approach, that one's."""
+    own = dict(conditions)
+    for name, value in conditions.items():
+        array = np.asarray(value)
+        if (array.ndim == 2 or name == "payload") and len(array) == count:
+            own[name] = array[row : row + 1]
+    return own
 
 
 def _refuse(program: Program, target: Target, sentence: str) -> NoReturn:

@@ -72,7 +72,7 @@ class NoiseLevel:
         if noise.factor >= self.noise.factor:
             return self
         by = noise.factor / self.noise.factor
-        note = f"estimated after fitting joint curves; without them: {self.note}"
+        note = said("estimated after fitting joint curves; without them: {note}", note=self.note)
         return replace(
             self, noise=noise, sigma=self.sigma * by, source="residual", note=note, joints=self.joints * by
         )

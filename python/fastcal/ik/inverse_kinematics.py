@@ -69,8 +69,8 @@ class InverseKinematics(Shown):
     def message(self, row: int) -> str:
         """What became of one row, a sentence."""
         left = (
-            f"the nearest pose is {from_si(float(self.position_error[row]), 'mm'):.3g} mm and "
-            f"{from_si(float(self.rotation_error[row]), 'deg'):.3g} deg away"
+            f"the nearest pose is {from_si(float(self.position_error[row]), 'mm'):.4g} mm and "
+            f"{from_si(float(self.rotation_error[row]), 'deg'):.4g} deg away"
         )
         return {
             "reached": "the target is reached",

@@ -28,8 +28,14 @@ from fastcal.importers.reading import Column, Reading, interpret, unknown_note
 from fastcal.importers.sources import read_grids
 from fastcal.io.text_encoding import asked_codec
 from fastcal.robot.robot import Robot
+from fastcal.said import said
 
 Path_ = str | os.PathLike[str]
+GIVE_JOINTS = said("give the controller's log or program with --joints FILE")
+GIVE_POINTS = said("give the instrument's points, and this file with --joints")
+GIVE_POINTS_OR_NAME = said(
+    "give the instrument's export, and this file with --joints, or name the columns of the points with --map"
+)
 
 
 def import_measurements(
@@ -90,8 +96,12 @@ def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | Non
             raise InvalidInput(_without_points(reading))
         if not reading.joints:
             raise InvalidInput(
-                f"{reading.path}: holds {len(reading)} measured points and no joints: give the controller's log "
-                "or program with --joints FILE"
+                said(
+                    "{path}: holds {count} measured points and no joints: {act}",
+                    path=reading.path,
+                    count=len(reading),
+                    act=GIVE_JOINTS,
+                )
             )
     if robot is not None:
         readings = [confirmed(r, robot) if r.dialect == rosbag.DIALECT.name else r for r in readings]
@@ -100,15 +110,21 @@ def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | Non
 
 def _without_points(reading: Reading) -> str:
     if reading.computed is not None:
-        return (
-            f"{reading.path}: '{reading.computed}' is what the controller computes from its joints and no "
-            "measurement: give the instrument's points, and this file with --joints"
+        return said(
+            "{path}: '{column}' is what the controller computes from its joints and no measurement: {act}",
+            path=reading.path,
+            column=reading.computed,
+            act=GIVE_POINTS,
         )
-    held = f"{reading.joints} joints in {len(reading)} rows and " if reading.joints else ""
-    return (
-        f"{reading.path}: holds {held}no measured points: give the instrument's export, and this file with --joints, "
-        "or name the columns of the points with --map"
-    )
+    if reading.joints:
+        return said(
+            "{path}: holds {joints} joints in {count} rows and no measured points: {act}",
+            path=reading.path,
+            joints=reading.joints,
+            count=len(reading),
+            act=GIVE_POINTS_OR_NAME,
+        )
+    return said("{path}: holds no measured points: {act}", path=reading.path, act=GIVE_POINTS_OR_NAME)
 
 
 def read(

@@ -18,6 +18,8 @@ from fastcal.importers.reading import Column, Reading, unknown_note
 from fastcal.importers.standstills import core, standstills
 from fastcal.importers.timing import pairs_by_time
 from fastcal.robot.robot import Robot
+from fastcal.said import joined as in_a_row
+from fastcal.said import said
 from fastcal.units import from_si, parse_name, to_si
 
 Pair = tuple[int, int]  # pose, point
@@ -26,6 +28,8 @@ _STILL_JOINT = 3.5e-4  # [rad or m]
 _STILL_POINT = 3e-4  # [m]
 _MOST = 0.7  # of the shorter list that the robot must confirm
 _LISTED = 12
+_HOW = {"by name": said("by name"), "by time": said("by time"), "by order": said("by order")}
+ROBOT_GIVEN = said("--robot ROBOT")
 _MOST_TRIED = 25_000_000  # poses times points whose distances are compared
 
 
@@ -57,7 +61,8 @@ def joined(points: Reading, poses: Reading, robot: Robot | None) -> Reading:
     pairs = _tried(join, pairs, how)
     if not pairs:
         raise InvalidInput(f"{points.path}: no point belongs to a pose of {poses.path}")
-    note = f"{len(pairs)} points joined with their poses {how}{_titles(join)}"
+    note = said("{count} points joined with their poses {how}{titles}", count=len(pairs), how=_HOW[str(how)],
+                titles=_titles(join))  # fmt: skip
     at, to = join.poses.rows([i for i, _ in pairs]), join.points.rows([j for _, j in pairs])
     columns: dict[str, Column] = {**at.columns, **{n: v for n, v in to.columns.items() if n not in at.columns}}
     names, counted = _names(join, at, to, pairs)
@@ -85,8 +90,10 @@ def _titles(join: _Join) -> str:
     """Which columns have the same names, for the note."""
     if join.match is None:
         return ""
-    both = [column.title for column in (join.match.points, join.match.poses)]
-    return f" ({both[0]})" if both[0] == both[1] else f" ({both[0]} of the points, {both[1]} of the poses)"
+    points, poses = join.match.points.title, join.match.poses.title
+    if points == poses:
+        return f" ({points})"
+    return said(" ({points} of the points, {poses} of the poses)", points=points, poses=poses)
 
 
 def _names(join: _Join, at: Reading, to: Reading, pairs: Sequence[Pair]) -> tuple[list[str] | None, bool]:
@@ -109,7 +116,9 @@ def confirmed(reading: Reading, robot: Robot) -> Reading:
     try:
         pairs = _tried(join, [(k, k) for k in range(len(reading))], "by time") or []
     except InvalidInput:
-        note = "on the robot the points could not be confirmed: they do not fit it, nor with rows missing or shifted"
+        note = said(
+            "on the robot the points could not be confirmed: they do not fit it, nor with rows missing or shifted"
+        )
         return replace(reading, notes=[*reading.notes, note])
     at, to = reading.rows([i for i, _ in pairs]), reading.rows([j for _, j in pairs])
     joints = {name: column for name, column in at.columns.items() if _is_of_joint(name)}
@@ -131,12 +140,28 @@ def _by_name_or_time(join: _Join) -> tuple[list[Pair] | None, str | None]:
     if timed is None:
         return None, None
     if timed.shift:
-        join.notes.append(f"the two clocks differ by {timed.shift / 3600:+g} h, which is taken into account")
-    for rows, why in ((timed.moving, "were taken while the arm moved"), (timed.outside, "have no pose at their time")):
-        if rows:
-            join.notes.append(f"{len(rows)} points {why} and are left out: {_listed(points, rows)}")
+        hours = float(timed.shift / 3600)
+        join.notes.append(said("the two clocks differ by {hours:+g} h, which is taken into account", hours=hours))
+    if moving := timed.moving:
+        join.notes.append(
+            said(
+                "{count} points were taken while the arm moved and are left out: {rows}",
+                count=len(moving),
+                rows=_listed(points, moving),
+            )
+        )
+    if outside := timed.outside:
+        join.notes.append(
+            said(
+                "{count} points have no pose at their time and are left out: {rows}",
+                count=len(outside),
+                rows=_listed(points, outside),
+            )
+        )
     if join.robot is None:
-        join.notes.append("nothing but the two clocks joins them: --robot ROBOT would check that they agree")
+        join.notes.append(
+            said("nothing but the two clocks joins them: {robot} would check that they agree", robot=ROBOT_GIVEN)
+        )
     if len(poses) < _RECORD * len(points):
         return timed.pairs, "by time"
     # Of a record of the motion the other samples are no poses that could have lost their point.
@@ -209,12 +234,20 @@ def _by_order(join: _Join) -> tuple[list[Pair] | None, str]:
     _refuse_names_that_differ(join)
     if len(points) == len(poses):
         if join.robot is None:
-            join.notes.append("nothing but the order joins them: --robot ROBOT would check that no row has slipped")
+            join.notes.append(
+                said("nothing but the order joins them: {robot} would check that no row has slipped", robot=ROBOT_GIVEN)
+            )
         return [(k, k) for k in range(len(points))], "by order"
     if join.robot is None:
         raise InvalidInput(
-            f"{points.path}: {len(points)} points and {len(poses)} poses, and neither names nor times show which "
-            "belong together: give the arm with --robot ROBOT, which can"
+            said(
+                "{path}: {points} points and {poses} poses, and neither names nor times show which belong together: "
+                "{robot} would find out",
+                path=points.path,
+                points=len(points),
+                poses=len(poses),
+                robot=ROBOT_GIVEN,
+            )
         )
     return None, "by order"
 
@@ -225,7 +258,7 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
     if join.robot is None:
         return pairs
     if position is None or np.isnan(position).any():
-        join.notes.append("rows without a whole point can't be tried on the robot")
+        join.notes.append(said("rows without a whole point can't be tried on the robot"))
         return pairs
     if len(join.points) * len(join.poses) > _MOST_TRIED:
         raise InvalidInput(
@@ -239,7 +272,7 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
                 f"belong together "
                 f"the robot needs at least {FEWEST_ROWS}"
             )
-        join.notes.append(f"fewer than {FEWEST_ROWS} rows can't be tried on the robot")
+        join.notes.append(said("fewer than {count} rows can't be tried on the robot", count=FEWEST_ROWS))
         return pairs
     order = list(range(len(position)))
     if how == "by name" and pairs:
@@ -251,8 +284,12 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
     found = pair_by_robot(join.robot, si_joints(join.poses, join.robot), position[order], expected)
     if found is None or len(found.pairs) < _MOST * min(len(join.points), len(join.poses)):
         raise InvalidInput(
-            f"{join.points.path}: the points do not fit this robot in the order of the poses, nor with rows missing or "
-            f"shifted: is it the right robot, and are units and joints of {join.poses.path} right?"
+            said(
+                "{path}: the points do not fit this robot in the order of the poses, nor with rows missing or shifted: "
+                "is it the right robot, and are units and joints of {poses} right?",
+                path=join.points.path,
+                poses=join.poses.path,
+            )
         )
     mended = [(i, order[k]) for i, k in found.pairs]
     _note_mended(join, pairs, mended, found)
@@ -261,30 +298,31 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
 
 def _note_mended(join: _Join, pairs: list[Pair] | None, mended: list[Pair], found: Pairing) -> None:
     """What the robot changed, in words."""
-    rms = f"{from_si(found.rms, 'mm'):.3g} mm RMS"
+    rms = said("{rms:.3g} mm RMS", rms=float(from_si(found.rms, "mm")))
     if pairs is not None and set(pairs) == set(mended):
-        join.notes.append(f"tried on the robot: every pair fits it ({rms} after a fit), no row has slipped")
+        join.notes.append(
+            said("tried on the robot: every pair fits it ({rms} after a fit), no row has slipped", rms=rms)
+        )
         return
     left_points, left_poses = _left(join, mended)
     before_points, before_poses = _left(join, pairs or [])
     changed = sorted(set(mended) - set(pairs or [])) if pairs is not None else []
     parts = []
     if pairs is None or changed:
-        parts.append(
-            "the order had rows missing or slipped, mended with the robot"
-            if not _out_of_order(mended)
-            else ("rows were missing, shifted or swapped, mended with the robot")
-        )
+        in_order = said("the order had rows missing or slipped, mended with the robot")
+        swapped_too = said("rows were missing, shifted or swapped, mended with the robot")
+        parts.append(swapped_too if _out_of_order(mended) else in_order)
     swapped = _out_of_order(mended)
     if swapped:
-        parts.append(f"in another order than the poses: {_listed(join.points, swapped)}")
+        parts.append(said("in another order than the poses: {rows}", rows=_listed(join.points, swapped)))
     lost = left_poses if pairs is None or changed else sorted(set(left_poses) - set(before_poses))
     extra = left_points if pairs is None or changed else sorted(set(left_points) - set(before_points))
     if lost:
-        parts.append(f"poses missing a point that fits: {_listed(join.poses, lost)}")
+        parts.append(said("poses missing a point that fits: {rows}", rows=_listed(join.poses, lost)))
     if extra:
-        parts.append(f"points missing a pose that fits: {_listed(join.points, extra)}")
-    join.notes.append("; ".join([*parts, f"the {len(mended)} pairs that are kept fit to {rms}"]))
+        parts.append(said("points missing a pose that fits: {rows}", rows=_listed(join.points, extra)))
+    kept = said("the {count} pairs that are kept fit to {rms}", count=len(mended), rms=rms)
+    join.notes.append(in_a_row("; ", [*parts, kept]))
 
 
 def _out_of_order(pairs: Sequence[Pair]) -> list[int]:
@@ -305,17 +343,26 @@ def _left(join: _Join, pairs: Sequence[Pair]) -> tuple[list[int], list[int]]:
 def _note_left_over(join: _Join, points: list[int], poses: list[int]) -> None:
     if points:
         join.notes.append(
-            f"{len(points)} points without a pose of their name are left out: {_listed(join.points, points)}"
+            said(
+                "{count} points without a pose of their name are left out: {rows}",
+                count=len(points),
+                rows=_listed(join.points, points),
+            )
         )
     if poses:
         join.notes.append(
-            f"{len(poses)} poses without a point of their name are left out: {_listed(join.poses, poses)}"
+            said(
+                "{count} poses without a point of their name are left out: {rows}",
+                count=len(poses),
+                rows=_listed(join.poses, poses),
+            )
         )
 
 
 def _listed(reading: Reading, rows: Sequence[int]) -> str:
     shown = ", ".join(reading.label(row) for row in rows[:_LISTED])
-    return shown + (f" and {len(rows) - _LISTED} more" if len(rows) > _LISTED else "")
+    more = len(rows) - _LISTED
+    return said("{shown} and {count} more", shown=shown, count=more) if more > 0 else shown
 
 
 def si_points(reading: Reading) -> FloatArray | None:

@@ -12,6 +12,7 @@ from fastcal.importers.export import Export, is_value, number, with_units
 from fastcal.importers.footers import footer_start
 from fastcal.importers.grid import Grid, Row
 from fastcal.importers.words import ANGLES, LENGTHS, POLAR, UNIT_WORDS, Title, meaning, plain_words, unit_of
+from fastcal.said import said
 
 _SEARCHED = 200  # rows in which the header is looked for
 _FEWEST_TITLES = 3
@@ -175,7 +176,7 @@ def _without_header(grid: Grid, dialect: str) -> Export:
     body = [row for row in grid.rows if not row.blank and not row.comment]
     body = [row for row in body if sum(number(cell) is not None for cell in row.cells) >= _FEWEST_TITLES]
     if not body:
-        raise grid.error("holds no table: no row names columns that are known, and no row holds three numbers")
+        raise grid.error(said("holds no table: no row names columns that are known, and no row holds three numbers"))
     _refuse_polar(grid, body[0])
     width = max(len(row.cells) for row in body)
     none: list[Title | None] = [None] * width

@@ -17,6 +17,7 @@ from fastcal.importers.export import Export, number
 from fastcal.importers.label_columns import LabelColumn, label_columns
 from fastcal.importers.orientation import converted
 from fastcal.importers.words import ANGLES, LENGTHS, Title
+from fastcal.said import said
 
 Column = FloatArray | list[str]
 FULL_TURN = 6.3  # joints in degrees of a calibration go farther than this number, those in radians don't
@@ -160,8 +161,9 @@ def unknown_note(titles: Sequence[str], path: str) -> list[str]:
     """The sentence on columns that are not known, where there are any."""
     if not titles:
         return []
-    more = f" and {len(titles) - _MOST_NAMED} more" if len(titles) > _MOST_NAMED else ""
-    return [f"columns of {path} that are not known are left out: {', '.join(map(repr, titles[:_MOST_NAMED]))}{more}"]
+    shown, more = ", ".join(map(repr, titles[:_MOST_NAMED])), len(titles) - _MOST_NAMED
+    named = said("{shown} and {count} more", shown=shown, count=more) if more > 0 else shown
+    return [said("columns of {path} that are not known are left out: {columns}", path=path, columns=named)]
 
 
 def _without_titles(export: Export, joint_kinds: Sequence[str] | None, wanted: str) -> Export:
@@ -209,9 +211,15 @@ def _kept(export: Export, sent: Sequence[int], measured: Sequence[int]) -> tuple
     if valid := families.labelled(export, "valid"):
         good = [k for k in rows if export.rows[k][valid[0]].strip().lower() not in _FALSE]
         if len(good) < len(rows):
-            notes.append(f"{len(rows) - len(good)} rows that {export.title(valid[0])} calls not valid are left out")
+            notes.append(
+                said(
+                    "{count} rows that {column} calls not valid are left out",
+                    count=len(rows) - len(good),
+                    column=export.title(valid[0]),
+                )
+            )
         rows = good
-    for what, places in (("joints", sent), ("a measured point", measured)):
+    for what, places in ((said("joints"), sent), (said("a measured point"), measured)):
         if places:
             dropped = [k for k in rows if not any(number(export.rows[k][place]) is not None for place in places)]
             # NaN, n/a and --- are short; text, and formulas without a value, are asked about.
@@ -220,7 +228,14 @@ def _kept(export: Export, sent: Sequence[int], measured: Sequence[int]) -> tuple
                 export.numbers(next(place for place in places if export.rows[filled[0]][place]), [filled[0]])
             if dropped and len(dropped) < len(rows):
                 listed = ", ".join(str(export.lines[k]) for k in dropped[:6]) + (", ..." if len(dropped) > 6 else "")
-                notes.append(f"{len(dropped)} rows without {what} are left out (lines {listed})")
+                notes.append(
+                    said(
+                        "{count} rows without {what} are left out (lines {lines})",
+                        count=len(dropped),
+                        what=what,
+                        lines=listed,
+                    )
+                )
                 rows = [k for k in rows if k not in set(dropped)]
     if not rows:
         raise export.error("holds no rows of numbers")
@@ -259,7 +274,7 @@ def _joint_columns(
                 f"say which it "
                 f"is with --map, q1_rad: {first} or q1_deg: {first}"
             )
-        notes.append(f"joints without a unit ({first} ...) are taken as degrees")
+        notes.append(said("joints without a unit ({column} ...) are taken as degrees", column=first))
     return columns
 
 
@@ -275,7 +290,7 @@ def _point_columns(export: Export, places: Sequence[int], rows: Sequence[int], n
                 f"{largest:.3g}: say "
                 f"which it is with --map, x_m: {title} or x_mm: {title}"
             )
-        notes.append(f"coordinates without a unit ({title} ...) are taken as millimetres")
+        notes.append(said("coordinates without a unit ({column} ...) are taken as millimetres", column=title))
     found = [unit or ("mm", 1.0) for unit in units]
     return {f"{axis}_{unit[0]}": column * unit[1] for axis, unit, column in zip("xyz", found, values, strict=True)}
 

@@ -27,6 +27,7 @@ from fastcal.measurements.column_readings import Reading, Source, known_scale, s
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.frame_fit import Frames, Poses, base_matrix, fitted, point_bounds
 from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, is_quarter, joints_of
+from fastcal.said import joined, said
 from fastcal.units import from_si, to_si
 
 NEGLIGIBLE_SHARE = 1e-4  # of the reach; what misses by less has been read as it was meant
@@ -129,7 +130,7 @@ class Found:
     def words(self) -> str:
         """As it stands after "with"."""
         *first, last = [change.words for change in self.changes]
-        return f"{', '.join(first)} and {last}" if first else last
+        return said("{first} and {last}", first=joined(", ", first), last=last) if first else last
 
 
 class Points:

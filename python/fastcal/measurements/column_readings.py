@@ -14,6 +14,7 @@ from fastcal.arrays import FloatArray
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.joint_maps import Change, JointMap, Joints, unit_slips
 from fastcal.measurements.orientation_readings import inverse, of_quaternion
+from fastcal.said import said
 
 Rows = NDArray[np.int64]
 
@@ -21,7 +22,7 @@ MIRROR = np.array([1.0, 1.0, -1.0])
 MIRRORED = Change(
     1.0,
     frozenset({("mirror",)}),
-    "one axis of the points turned round or two of them swapped (they are left-handed)",
+    said("one axis of the points turned round or two of them swapped (they are left-handed)"),
 )
 SAME_UNIT = 1.25  # of a ratio: no two units are nearer to each other
 _FURTHEST = 3  # rows by which a whole list is tried late or early
@@ -69,7 +70,7 @@ class Reading(NamedTuple):
     def changes(self, of: Joints) -> list[Change]:
         """What it changes."""
         out = [
-            Change(1.0, frozenset({("unit of points", words)}), f"the points in {words}")
+            Change(1.0, frozenset({("unit of points", words)}), said("the points in {unit}", unit=words))
             for words, ratio in unit_slips("length")
             if np.isclose(abs(self.scale), ratio)
         ]
@@ -84,7 +85,7 @@ def sources(dataset: Dataset, rows: Rows) -> Iterator[Source]:
     yield from _late([], q, position, rows)
     if dataset.q_read is not None:
         read = rows[~np.isnan(dataset.q_read[rows]).any(axis=1)]
-        words = "the joint positions read back in place of those commanded"
+        words = said("the joint positions read back in place of those commanded")
         yield Source([_one("read back", words)], dataset.q_read[read], position[read], read)
     if dataset.rotation is not None:
         known = ~np.isnan(dataset.rotation).any(axis=1)
@@ -100,15 +101,18 @@ def _late(changes: list[Change], q: FloatArray, position: FloatArray, rows: Rows
     count = len(position)
     shifted = [(0, "")]
     for step in range(1, _FURTHEST + 1):
-        much = "one row" if step == 1 else f"{step} rows"
-        shifted += [(step, f"the points {much} lower than the joints"), (-step, f"the points {much} higher")]
+        lower = said("the points {count} rows lower than the joints", count=step)
+        higher = said("the points {count} rows higher", count=step)
+        if step == 1:
+            lower, higher = said("the points one row lower than the joints"), said("the points one row higher")
+        shifted += [(step, lower), (-step, higher)]
     for step, words in shifted:
         kept = rows[(rows + step >= 0) & (rows + step < count)]
         kept = kept[~np.isnan(position[kept + step]).any(axis=1)]
         more = [_one(("late", step), words)] if step else []
         yield Source([*changes, *more], q[kept], position[kept + step], kept)
     kept = rows[~np.isnan(position[count - 1 - rows]).any(axis=1)]
-    backwards = _one("reverse", "the points in reverse order")
+    backwards = _one("reverse", said("the points in reverse order"))
     yield Source([*changes, backwards], q[kept], position[count - 1 - kept], kept)
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from fastcal.arrays import FloatArray, IntArray
 from fastcal.place import joint_position
+from fastcal.said import said
 from fastcal.units import factor, from_si, to_si, unit_names
 
 QUARTER = to_si(90.0, "deg")
@@ -223,7 +224,7 @@ class Joints:
         turned = np.flatnonzero(own < 0).tolist()
         if turned:
             whole = len(turned) == self.count > 2
-            words = "the signs of all joints turned" if whole else f"the {_of('sign', turned)} turned"
+            words = said("the signs of all joints turned") if whole else _signs_turned(turned)
             parts = frozenset(("sign", joint) for joint in turned)
             out.append(Change(2.0 if whole else float(len(turned)), parts, words))
         return out + self._shift_changes(of.zero)
@@ -240,9 +241,9 @@ class Joints:
 
     def _order_words(self, order: list[int], moved: list[int]) -> str:
         if len(moved) == 2:
-            return f"the columns of joints {moved[0] + 1} and {moved[1] + 1} swapped"
+            return said("the columns of joints {a} and {b} swapped", a=moved[0] + 1, b=moved[1] + 1)
         if order == list(range(self.count))[::-1]:
-            return "the joints in reverse order"
+            return said("the joints in reverse order")
         taken = _numbers([order[joint] for joint in moved])
         return f"the columns of joints {_numbers(moved)} taken from those of joints {taken}"
 
@@ -258,8 +259,10 @@ class Joints:
             for words, ratio in unit_slips(quantity):
                 slipped = [joint for joint in joints if np.isclose(ratios[joint], ratio)]
                 if slipped:
-                    who = f"all {kind} joints" if len(slipped) == len(joints) > 1 else _joints(slipped)
-                    out.append(Change(1.0, frozenset({("unit", ratio, *slipped)}), f"{who} in {words}"))
+                    every = said("all revolute joints") if kind == "revolute" else said("all prismatic joints")
+                    who = every if len(slipped) == len(joints) > 1 else _joints(slipped)
+                    text = said("{who} in {unit}", who=who, unit=words)
+                    out.append(Change(1.0, frozenset({("unit", ratio, *slipped)}), text))
         return out
 
     def _shift_changes(self, zero: FloatArray) -> list[Change]:
@@ -270,7 +273,7 @@ class Joints:
             Change(
                 (SHIFT_COST if "." not in size else FREE_COST) * len(joints),
                 frozenset(("shift", joint) for joint in joints),
-                f"{_joints(joints)} shifted by {size} deg",
+                said("{joints} shifted by {size} deg", joints=_joints(joints), size=size),
             )
             for size, joints in by_size.items()
             if size != "0"
@@ -314,7 +317,7 @@ def unit_slips(kind: str) -> Iterator[tuple[str, float]]:
         ratio = factor(meant) / factor(read)
         if f"{ratio:.6g}" not in seen:
             seen.add(f"{ratio:.6g}")
-            yield f"{meant} where they were read in {read}", ratio
+            yield said("{meant} where they were read in {read}", meant=meant, read=read), ratio
 
 
 @cache
@@ -353,15 +356,19 @@ def _term(ratio: float, column: int) -> str:
     return f" {'-' if ratio < 0 else '+'} {size}q{column + 1}"
 
 
-def _of(what: str, joints: list[int]) -> str:
-    return f"{what if len(joints) == 1 else f'{what}s'} of {_joints(joints)}"
+def _signs_turned(joints: list[int]) -> str:
+    if len(joints) == 1:
+        return said("the sign of joint {joint} turned", joint=joints[0] + 1)
+    return said("the signs of joints {joints} turned", joints=_numbers(joints))
 
 
 def _joints(joints: list[int]) -> str:
-    return f"joint{'s' if len(joints) > 1 else ''} {_numbers(joints)}"
+    if len(joints) == 1:
+        return said("joint {number}", number=joints[0] + 1)
+    return said("joints {numbers}", numbers=_numbers(joints))
 
 
 def _numbers(joints: list[int]) -> str:
     """1, 4 and 6, of joints counted from 0."""
     *first, last = [f"{joint + 1}" for joint in joints]
-    return f"{', '.join(first)} and {last}" if first else last
+    return said("{first} and {last}", first=", ".join(first), last=last) if first else last

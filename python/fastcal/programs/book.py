@@ -17,8 +17,22 @@ from typing import Any
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.programs.program import ACTIVE, Document, Frame, Kind, Language, Left, Move, Number, Program, Target, Word
+from fastcal.programs.program import (
+    ACTIVE,
+    Document,
+    Frame,
+    Kind,
+    Language,
+    Left,
+    Load,
+    Move,
+    Number,
+    Program,
+    Target,
+    Word,
+)
 from fastcal.programs.syntax import Node
+from fastcal.said import said
 
 LARGEST = 1e12  # mm or deg; 9E9 stands for an axis that is not there
 SOMEWHERE = (math.nan, math.nan, math.nan)  # an offset that is not known
@@ -73,6 +87,11 @@ class Place:
 NOWHERE = Place()
 
 
+def load_changes(name: str, where: str) -> str:
+    """Why a load whose mass the program changes is not relied upon."""
+    return said("load {name} is changed at run time, in {where}", name=name, where=where)
+
+
 def product(first: Place, second: Place) -> Place:
     """The place first times second: its target is the second, in the frame of the first; else the first, shifted.
 
@@ -104,7 +123,7 @@ class Book:
 
     Attributes:
         documents: Of the program.
-        targets, moves, left, notes, tools, frames, doubts: As in `Program`.
+        targets, moves, left, notes, tools, frames, doubts, loads: As in `Program`.
         kept: Targets that are declared as such, whether a move goes to them or not.
         origins: Names of frames that lie in the robot's base.
         unread: Why a pose or joints, by document and place, are no target.
@@ -118,6 +137,7 @@ class Book:
     tools: dict[str, Frame] = field(default_factory=dict)
     frames: dict[str, Frame] = field(default_factory=dict)
     doubts: dict[tuple[str, str], str] = field(default_factory=dict)
+    loads: dict[str, Load] = field(default_factory=dict)
     kept: set[int] = field(default_factory=set)
     origins: frozenset[str] = frozenset()
     unread: dict[tuple[int, int], str] = field(default_factory=dict)
@@ -169,7 +189,8 @@ class Book:
         }
         plain = tuple(number for number in found if number is not None)
         self._at[key] = len(self.targets)
-        self.targets.append(Target(name or f"the target of line {line}", line, kind, plain, texts))
+        name = name or said("the target of line {line}", line=line)
+        self.targets.append(Target(name, line, kind, plain, texts))
         return self._at[key]
 
     def go(self, place: Place, document: int, at: int, frame: str | None, **move: Any) -> None:
@@ -212,8 +233,26 @@ class Book:
             self._spoiled.setdefault(target, why)
 
     def doubt(self, what: str, name: str, why: str) -> None:
-        """A tool or a frame that cannot be relied upon."""
+        """A tool, a frame or a load that cannot be relied upon."""
         self.doubts.setdefault((what, name.lower()), why)
+
+    def weigh(self, name: str, mass: float | None, line: int) -> None:
+        """Enters a load's mass [kg], said in a line: doubtful where it is computed, or less than nothing."""
+        where = said("line {line}", line=line)
+        known = self.loads.setdefault(name.lower(), math.nan if mass is None else mass)
+        if mass is None:
+            why = said("the mass of load {name} is computed at run time, in {where}", name=name, where=where)
+            self.doubt("load", name, why)
+        elif mass < 0:
+            why = said(
+                "the mass of load {name} is {mass:g} in {where}, which stands for none given",
+                name=name,
+                mass=float(mass),
+                where=where,
+            )
+            self.doubt("load", name, why)
+        elif mass != known:
+            self.doubt("load", name, load_changes(name, where))
 
     def program(self, language: Language) -> Program:
         """The program: targets that moves go to, and those that are kept anyway; others are no targets."""
@@ -235,6 +274,7 @@ class Book:
             *(language, self.documents, tuple(self.targets), tuple(moves), self.tools, self.frames, self.doubts),
             left=tuple(self.left),
             notes=tuple(dict.fromkeys(self.notes)),
+            loads=self.loads,
         )
         spoiled = {target: why for target, why in self._spoiled.items() if target in used}
         return program.leaving(spoiled, dropped=set(range(len(self.targets))) - used)

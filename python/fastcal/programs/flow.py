@@ -36,12 +36,14 @@ class State:
         tool, frame: The names of those that are active; None: not known.
         afresh: Did the arm go to joints of which nothing is known?
         switches: What else is on, in the language's words.
+        loads: What the arm may carry, by name; None: nothing was said of it.
     """
 
     tool: str | None = None
     frame: str | None = None
     afresh: bool = False
     switches: frozenset[str] = frozenset()
+    loads: tuple[str | None, ...] = (None,)
 
 
 @dataclass
@@ -238,7 +240,7 @@ class Walker:
         return at + 1
 
     def _merged(self, states: Sequence[State]) -> State:
-        """What holds after branches: what they agree in; a tool or a frame that depends on them is doubtful."""
+        """What holds after branches: what they agree in, and any load; a tool or frame that they decide is doubtful."""
         names: dict[str, str | None] = {}
         for what in ("tool", "frame"):
             found = list(dict.fromkeys(getattr(state, what) for state in states))
@@ -248,7 +250,8 @@ class Walker:
                 self.book.doubt(what, label, f"whether {what} {label} holds is decided at run time")
                 names[what] = label
         switches = frozenset().union(*(state.switches for state in states))
-        return State(names["tool"], names["frame"], any(state.afresh for state in states), switches)
+        loads = tuple(dict.fromkeys(load for state in states for load in state.loads))
+        return State(names["tool"], names["frame"], any(state.afresh for state in states), switches, loads)
 
     # Names and what they stand for.
 

@@ -28,6 +28,7 @@ class Cell:
         tools: T_flange_tool by the program's name or number.
         frames: T_base_frame, in the controller's base, by name or number.
         start: Joints of the controller [rad] where the arm stands when a program begins; None: not known.
+        loads: Masses [kg] of the loads that a program names, by name or number.
     """
 
     T_controller_base: FloatArray = field(default_factory=_identity)
@@ -35,6 +36,7 @@ class Cell:
     tools: Mapping[str, FloatArray] = field(default_factory=dict)
     frames: Mapping[str, FloatArray] = field(default_factory=dict)
     start: FloatArray | None = None
+    loads: Mapping[str, float] = field(default_factory=dict)
 
 
 class Frames:

@@ -8,6 +8,8 @@ import re
 from collections.abc import Mapping
 from pathlib import PurePath
 
+from fastcal.said import said
+
 READ = "RAPID (ABB), KRL (KUKA), FANUC LS and URScript (Universal Robots)"
 
 # Ending: the language, and what to give instead where there is something.
@@ -56,6 +58,15 @@ def other_language(name: str, content: bytes = b"") -> str | None:
 def refusal(name: str, language: str) -> str:
     """The sentence on a program that is not read."""
     return f"{name}: is in {language}; programs are read in {READ}"
+
+
+def foreign(arm: str, language: str) -> str:
+    """The sentence on a program in another language than an arm's controller speaks, by its name; else empty."""
+    spoken = language_of_arm(arm)
+    if spoken is None or spoken == language:
+        return ""
+    return said("the arm {arm} speaks {spoken}, and this program is in {language}", arm=arm, spoken=spoken,
+                language=language)  # fmt: skip
 
 
 def language_of_arm(name: str) -> str | None:

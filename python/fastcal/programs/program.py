@@ -20,6 +20,7 @@ from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
 Frame = FloatArray | tuple[str | FloatArray, ...]  # a pose (4, 4), or a product of poses and of names of such
+Load = float | tuple[str, ...]  # kg, or names of such
 Kind = Literal["pose", "joints"]
 
 ACTIVE = "active"  # the tool or the frame that holds where a program begins
@@ -118,6 +119,7 @@ class Move:
         wordless: Does the controller pass over the words of the configuration here, as RAPID does with ConfL off?
         afresh: Is it unknown where the arm comes from, as after a move to joints computed at run time?
         near: Joints [rad] whose nearest solution is meant, where the program states them (URScript's qnear).
+        loads: Names of what the arm carries; several where the run decides, None where the program says nothing.
     """
 
     target: int
@@ -129,6 +131,7 @@ class Move:
     wordless: bool = False
     afresh: bool = False
     near: tuple[float, ...] | None = None
+    loads: tuple[str | None, ...] = (None,)
 
 
 @dataclass(frozen=True)
@@ -190,9 +193,10 @@ class Program:
         targets: Those that are made of plain numbers.
         moves: Their uses, in the order of the text.
         tools, frames: Poses that the program itself gives, T_flange_tool and T_base_frame, by name.
-        doubts: Why a tool or a frame, by what it is and its name in lower case, cannot be relied upon.
+        doubts: Why a tool, a frame or a load, by what it is and its name in lower case, cannot be relied upon.
         left: What is left as it is, and why.
         notes: What else a reader should know.
+        loads: Masses [kg] that the program itself gives, by name in lower case; a tuple: the sum of those named.
     """
 
     language: Language
@@ -204,6 +208,7 @@ class Program:
     doubts: Mapping[tuple[str, str], str] = field(default_factory=dict)
     left: tuple[Left, ...] = ()
     notes: tuple[str, ...] = ()
+    loads: Mapping[str, Load] = field(default_factory=dict)
 
     def place(self, target: Target) -> str:
         """File and line of a target, for messages."""

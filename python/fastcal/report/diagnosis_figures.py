@@ -68,7 +68,8 @@ def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure |
         }
         for k, (name, reason) in enumerate(zip(names, reasons, strict=True))
     ]  # fmt: skip
-    key = [Key(_("named"), TAKEN, "solid"), Key(_("not named"), figures.BEFORE, "solid")]
+    key = [Key(_("named"), TAKEN, "solid")] if any(is_given) else []
+    key.append(Key(_("not named"), figures.BEFORE, "solid"))
     alt = _(
         "The leading causes by the share that each explains alone; the largest is {cause} with {share}.",
         cause=names[0],

@@ -75,8 +75,9 @@ class Smallest:
 
     @property
     def name(self) -> str:
-        """Effect and number, as they are printed."""
-        return f"{capitalised(spoken_effect(self.effect))}, {self.kind}"
+        """Effect and number, as they are printed; the effect alone where the number says nothing more."""
+        effect = capitalised(spoken_effect(self.effect))
+        return effect if self.kind.lower() in effect.lower() else f"{effect}, {self.kind}"
 
 
 def smallest_by_kind(found: Diagnosis) -> list[Smallest]:

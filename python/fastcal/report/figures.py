@@ -118,13 +118,17 @@ def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
     return base
 
 
+_CLOSE = 4.0  # times: of 1, 2 and 5 two lie between values that are farther apart
+
+
 def log_ticks(values: Sequence[float]) -> dict[str, Any]:
-    """Ticks of a logarithmic axis: 1, 2 and 5 of each power of ten near the values, as numbers are written."""
+    """Ticks of a logarithmic axis near the values: 1, 2 and 5 of each power of ten, all digits of close values."""
     known = [value for value in values if value > 0]
     if not known:
         return {}
     powers = range(math.floor(math.log10(min(known))), math.ceil(math.log10(max(known))) + 1)
-    ticks = [step * 10.0**power for power in powers for step in (1, 2, 5)]
+    steps = (1, 2, 5) if max(known) > _CLOSE * min(known) else range(1, 10)
+    ticks = [step * 10.0**power for power in powers for step in steps]
     return {"tickvals": ticks, "ticktext": [f"{tick:.10g}".replace(".", decimal_sign()) for tick in ticks]}
 
 

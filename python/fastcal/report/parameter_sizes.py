@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -42,22 +42,18 @@ _PLACED = ("base", "tool")  # found anew by every fit: how far they are from whe
 
 @dataclass(frozen=True)
 class Moved:
-    """What one parameter's change moves at the tool, and its standard deviation [mm]."""
+    """What one parameter's change moves at the tool, and its standard deviation [mm]; does it count as a change?"""
 
     parameter: IdentifiedParameter
     size: float
     std: float
+    is_significant: bool
 
     @property
     def name(self) -> str:
         """As it is printed: joint 2 theta."""
         owner, name = self.parameter.owner, bare(self.parameter.name, self.parameter.unit)
         return f"{in_words(owner) if place_of(owner).arm else capitalised(in_words(owner))} {name}"
-
-    @property
-    def is_significant(self) -> bool:
-        """Is the change more than two standard deviations?"""
-        return abs(self.size) > _SIGNIFICANT * self.std
 
 
 def moved_at_tool(result: CalibrationResult) -> list[Moved]:
@@ -108,16 +104,23 @@ def differences_at_tool(found: Comparison) -> list[Moved]:
         slopes = dict(_slopes(found.first, at))
     except InvalidInput:  # an effect of the model wants a column that postures alone do not have
         return []
-    return _moved(both, slopes)
+    return _moved(both, slopes, {(d.owner, d.name) for d in found.significant})
 
 
-def _moved(parameters: Sequence[IdentifiedParameter], slopes: Mapping[tuple[str, str], float]) -> list[Moved]:
+def _moved(
+    parameters: Sequence[IdentifiedParameter],
+    slopes: Mapping[tuple[str, str], float],
+    beyond: Collection[tuple[str, str]] | None = None,
+) -> list[Moved]:
+    """`beyond`: those that count as changed; None: those changed by more than two standard deviations."""
     found = []
     for p in parameters:
         slope = slopes.get((p.owner, p.name))
         if slope is not None and p.std is not None and p.owner not in _PLACED:
             per_unit = float(from_si(slope, "mm")) * factor(p.unit)
-            found.append(Moved(p, (p.value - p.nominal) * per_unit, p.std * per_unit))
+            size, std = (p.value - p.nominal) * per_unit, p.std * per_unit
+            counts = abs(size) > _SIGNIFICANT * std if beyond is None else (p.owner, p.name) in beyond
+            found.append(Moved(p, size, std, counts))
     return sorted(found, key=lambda m: (not m.is_significant, -abs(m.size)))
 
 
@@ -178,10 +181,9 @@ def sizes_figure(moved: list[Moved], *, compared: bool = False) -> Figure | None
     )  # fmt: skip
     note = "" if len(moved) <= MOST else _("The {some} first of {all} are drawn.", some=MOST, all=len(moved))
     title = _("What the differences move at the tool") if compared else _("What the changes move at the tool")
-    key = [
-        Key(_("significant (95 %)"), figures.AFTER, "point"),
-        Key(_("within noise") if compared else _("not distinguishable from nominal"), figures.BEFORE, "point"),
-    ]
+    beyond = _("beyond noise") if compared else _("significant (95 %)")
+    key = [Key(beyond, figures.AFTER, "point")] if any(m.is_significant for m in shown) else []
+    key.append(Key(_("within noise") if compared else _("not distinguishable from nominal"), figures.BEFORE, "point"))
     return Figure(
         "sizes", title, alt, traces, drawn, note,
         height=70 + 22 * len(shown), paper_height=60 + 14 * len(shown), key=key,

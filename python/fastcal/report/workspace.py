@@ -3,7 +3,8 @@
 """The errors as arrows in the workspace, with the arm: one 3D scene with before and after, and flat views for paper.
 
 An arrow starts at the measured point and is scale * error long, in mm like the axes; the scale is 1, 2 or 5 times a
-power of ten, so that the 90th percentile of the arrows is near 8 % of the workspace's diagonal.
+power of ten, so that the 90th percentile of the arrows is near 8 % of the workspace's diagonal. Those of outliers,
+which would leave the picture, are cut.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 ARROW_LIMIT = 450  # so that the page of thousands of poses stays below 1.5 MB
 FLAT_ARROW_LIMIT = 350
 _ARROW_SHARE = 0.08
+_LONGEST_SHARE = 0.3  # of the diagonal: longer arrows are cut
+_MOST_TIMES = 3.0  # the 90th percentile: where the colours end, for the sake of all but outliers
 _HEAD_SHARE = 0.012
 _COLOURS = [[0.0, "#b9cbd6"], [0.35, "#5b9bc0"], [0.65, "#e09f3e"], [1.0, "#a11d1d"]]
 
@@ -37,12 +40,32 @@ _LOWER = 400  # how high on a narrow screen [CSS pixels]
 
 @dataclass(frozen=True)
 class Arrows:
-    """Error vectors to draw: label, enlargement, vectors (N, 3) in mm, and the end of the colour scale in mm."""
+    """Error vectors to draw.
+
+    Attributes:
+        label: Of which errors.
+        scale: Their enlargement.
+        vectors: (N, 3) the errors in mm.
+        colour_end: The end of the colour scale in mm.
+        longest: A drawn arrow in mm.
+    """
 
     label: str
     scale: float
     vectors: Array
     colour_end: float
+    longest: float
+
+    @property
+    def shafts(self) -> Array:
+        """(N, 3) as they are drawn, in mm; those that are too long are cut."""
+        length = self.scale * np.linalg.norm(self.vectors, axis=1, keepdims=True)
+        return self.scale * self.vectors * np.minimum(1.0, self.longest / np.maximum(length, 1e-300))
+
+    @property
+    def are_cut(self) -> bool:
+        """Is any of them?"""
+        return bool(np.any(self.scale * np.linalg.norm(self.vectors, axis=1) > self.longest))
 
 
 def arrow_scale(positions: Array, vectors: Array) -> float:
@@ -61,18 +84,24 @@ def arrow_modes(positions: Array, before: Array, after: Array | None) -> list[Ar
 
     Without `after` the errors are those of now.
     """
+    longest = _LONGEST_SHARE * float(np.linalg.norm(np.ptp(positions, axis=0))) or np.inf
     if after is None:
-        end = float(np.quantile(np.linalg.norm(before, axis=1), 0.98)) or 1.0
-        return [Arrows(_("Now"), arrow_scale(positions, before), before, end)]
+        return [Arrows(_("Now"), arrow_scale(positions, before), before, _colour_end(before), longest)]
     scale_before, scale_after = arrow_scale(positions, before), arrow_scale(positions, after)
-    end_before, end_after = (float(np.quantile(np.linalg.norm(v, axis=1), 0.98)) or 1.0 for v in (before, after))
+    end_before = _colour_end(before)
     modes = [
-        Arrows(_("Before"), scale_before, before, end_before),
-        Arrows(_("After, same scale"), scale_before, after, end_before),
+        Arrows(_("Before"), scale_before, before, end_before, longest),
+        Arrows(_("After, same scale"), scale_before, after, end_before, longest),
     ]
     if scale_after > scale_before:
-        modes.append(Arrows(_("After, enlarged"), scale_after, after, end_after))
+        modes.append(Arrows(_("After, enlarged"), scale_after, after, _colour_end(after), longest))
     return modes
+
+
+def _colour_end(vectors: Array) -> float:
+    """The size that has the last colour, in mm."""
+    usual, most = np.quantile(np.linalg.norm(vectors, axis=1), [0.9, 0.98])
+    return float(min(most, _MOST_TIMES * usual) or most) or 1.0
 
 
 def scene(
@@ -109,7 +138,7 @@ def scene(
     controls = []
     for place, mode in enumerate(modes):
         first = len(traces)
-        traces += _arrows_3d(positions[shown], mode.vectors[shown], mode, visible=place == 0)
+        traces += _arrows_3d(positions, mode, shown, visible=place == 0)
         label = f"{mode.label} {_times(mode.scale)}"
         controls.append({"label": label, "traces": [first, first + 1], "selected": place == 0})
     shown_base = base if base is not None and (arm is not None or _is_near(base, positions)) else None
@@ -152,6 +181,8 @@ def scene(
             frame=frame,
         )
     note = told or how
+    if any(mode.are_cut for mode in modes):
+        note += " " + _("Arrows that would leave the picture are cut.")
     if len(shown) < row_count:
         note += " " + _(
             "{some} of {all} poses are drawn, spread evenly over the rows.",
@@ -186,7 +217,7 @@ def flat_views(positions: Array, before: Array, after: Array) -> list[Figure]:
             ("front", _("Front"), (0, 2)),
             ("side", _("Side"), (1, 2)),
         ):
-            start, end = positions[shown], positions[shown] + mode.scale * mode.vectors[shown]
+            start, end = positions[shown], positions[shown] + mode.shafts[shown]
             x, y = (np.column_stack([start[:, k], end[:, k], np.full(len(shown), np.nan)]).ravel() for k in (a, b))
             shafts = figures.line(x, y, colour) | {"line": {"width": 1, "color": colour}}
             traces = [shafts, figures.points(start[:, a], start[:, b], colour, 2.4)]
@@ -206,10 +237,10 @@ def _times(scale: float) -> str:
     return f"×\N{NARROW NO-BREAK SPACE}{significant(scale, 1)}"
 
 
-def _arrows_3d(start: Array, vectors: Array, mode: Arrows, *, visible: bool) -> list[Trace]:
-    size = np.linalg.norm(vectors, axis=1)
+def _arrows_3d(positions: Array, mode: Arrows, shown: NDArray[np.intp], *, visible: bool) -> list[Trace]:
+    start, size = positions[shown], np.linalg.norm(mode.vectors[shown], axis=1)
     scale = {"colorscale": _COLOURS, "cmin": 0.0, "cmax": mode.colour_end}
-    drawn = _arrow_lines(start, mode.scale * vectors)
+    drawn = _arrow_lines(start, mode.shafts[shown])
     bar = {
         "title": {"text": _("error (mm)"), "side": "right"},
         "thickness": 12,

@@ -20,7 +20,7 @@ from fastcal.robot.robot import Robot
 from fastcal.said import said
 
 ANSWERS, COMMANDS, ROBOT, MAP = "studio.yaml", "commands.txt", "robot.yaml", "map.yaml"
-MEASUREMENTS, INPUTS, LIVE = "measurements.csv", "inputs", "live"
+MEASUREMENTS, TEST, INPUTS, LIVE = "measurements.csv", "test.csv", "inputs", "live"
 _HEAD = "# A project of fastcal studio; paths are relative to this folder.\n"
 
 
@@ -122,7 +122,7 @@ class Project:
 
     def data_files(self) -> list[str]:
         """The measurement files in the project."""
-        return [name for name in (MEASUREMENTS, f"{LIVE}/{MEASUREMENTS}") if self.path(name).exists()]
+        return [name for name in (MEASUREMENTS, f"{LIVE}/{MEASUREMENTS}", TEST) if self.path(name).exists()]
 
     def remember(self, words: Sequence[str]) -> str:
         """Keeps the command that does what was just done, and returns its line."""

@@ -14,17 +14,19 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from fastcal.calibration.inspection import check_columns
 from fastcal.calibration.realign import realign
 from fastcal.errors import FastcalError, InvalidInput
 from fastcal.importers import Mapping, import_measurements, imported_dataset, map_text, write_imported
-from fastcal.importers.importing import open_exports
+from fastcal.importers.importing import GIVE_JOINTS, GIVE_POINTS, GIVE_POINTS_OR_NAME, open_exports
+from fastcal.importers.joining import ROBOT_GIVEN
+from fastcal.importers.programs import is_program
 from fastcal.importers.reading import Reading
 from fastcal.io.atomic import write_text
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.plausibility import plausible
 from fastcal.place import joint_position
 from fastcal.robot.robot import Robot
-from fastcal.said import said
+from fastcal.said import Said, said, sentence_of
 from fastcal.studio.project import MAP, MEASUREMENTS, ROBOT, Project
 from fastcal.units import from_si
 
@@ -33,6 +35,13 @@ FloatArray = NDArray[np.float64]
 LEAVE_OUT = ""
 _SHOWN = 3  # cells of a column
 GOOD_SHARE, BAD_SHARE = 2e-3, 1e-2  # of the reach: as any nominal arm fits, and as none does
+# What a command line says, and what the screen says instead.
+_ON_SCREEN = {
+    GIVE_JOINTS: said("drop the controller's log or program"),
+    GIVE_POINTS: said("drop the instrument's points too"),
+    GIVE_POINTS_OR_NAME: said("drop the instrument's points too, or say above which columns they are"),
+    ROBOT_GIVEN: said("the arm, once chosen,"),
+}
 _UNIT = re.compile(r"^((?:[qj]\d+|[xyz])(?:_read)?)_(\w+)$")
 
 
@@ -104,6 +113,19 @@ def columns_of(project: Project) -> list[FileColumn]:
                 role = by_column.get(title) or by_column.get(place + 1) or LEAVE_OUT
                 out.append(FileColumn(file, title, place + 1, cells, role))
     return out
+
+
+def kind_of(project: Project, path: str, dropped: str) -> str:
+    """Whose a file is by its columns: the controller's of joints alone, else the instrument's; `dropped` if unknown."""
+    if is_program(project.path(path)):
+        return "controller"
+    try:
+        own = yaml.safe_load(map_text([project.path(path)], sheet=project.answers.get("sheet")))["columns"]
+    except FastcalError:
+        return dropped
+    joints = any(re.match(r"[qj]\d", name) for name in own)
+    points = any(re.match(r"[xyz]_", name) for name in own)
+    return "controller" if joints and not points else "instrument" if points else dropped
 
 
 def roles(joint_count: int) -> list[str]:
@@ -183,7 +205,7 @@ def understand(project: Project) -> Understood:
     try:
         reading = read(robot=robot)
     except FastcalError as error:
-        problem = _plain(str(error), project)
+        problem = _plain(sentence_of(error), project)
         try:  # by names or order alone, so that there is a misfit to see
             reading = read()
         except FastcalError:
@@ -191,7 +213,7 @@ def understand(project: Project) -> Understood:
     try:
         data = imported_dataset(reading, robot)
     except FastcalError as error:
-        problem = problem or _plain(str(error), project)
+        problem = problem or _plain(sentence_of(error), project)
         try:  # as it is, so that there is a misfit to see
             data = _unchecked(reading, robot)
         except FastcalError:
@@ -214,18 +236,22 @@ def _held_against(robot: Robot, reading: Reading, data: Dataset, problem: str, n
     try:
         placed = realign(bare, data)
     except FastcalError as error:
-        return Understood(reading, data, None, problem or str(error), notes=notes)
+        return Understood(reading, data, None, problem or sentence_of(error), notes=notes)
     misfit = np.linalg.norm(placed.poses(data)[:, :3, 3] - data.points, axis=1)
+    found = None if robot.passive else plausible(data, bare, bare.forward)
     suspicion = ""
-    try:
-        check_columns(robot, data)
-    except InvalidInput as error:
-        suspicion = str(error).partition(": ")[2].partition("; --as-read")[0]
+    if found is not None and found.refused:
+        suspicion = said(
+            "With {meant} the misfit would be {better} instead of {read}.",
+            meant=found.meant,
+            better=found.better,
+            read=found.read,
+        )
     return Understood(reading, data, misfit, problem, suspicion, notes)
 
 
-def save(project: Project, found: Understood) -> tuple[str, int]:
-    """Writes measurements.csv, and map.yaml where columns were named; returns the command that does the same, and rows.
+def save(project: Project, found: Understood, place: str = MEASUREMENTS) -> tuple[str, int]:
+    """Writes a measurement file, and map.yaml where columns were named; the command that does the same, and the rows.
 
     Raises:
         InvalidInput: There is nothing that could be written.
@@ -244,8 +270,8 @@ def save(project: Project, found: Understood) -> tuple[str, int]:
         if value := project.answers.get(option):
             words += [f"--{option}", str(value)]
     robot = project.robot() if project.has_robot else None
-    rows = write_imported(project.path(MEASUREMENTS), found.reading, robot)
-    return project.remember([*words, "-o", MEASUREMENTS]), rows
+    rows = write_imported(project.path(place), found.reading, robot)
+    return project.remember([*words, "-o", place]), rows
 
 
 def table(found: Understood) -> list[dict[str, str | float | None]]:
@@ -270,8 +296,14 @@ def _mapping(project: Project) -> Mapping | None:
     return Mapping(MAP, dict(columns)) if columns else None
 
 
+def files_of(project: Project, kind: str) -> list[str]:
+    """The files that are the instrument's, or the controller's (one at most)."""
+    given = project.answers.get(kind) or []
+    return [given] if isinstance(given, str) else list(given)
+
+
 def _files_of(project: Project) -> tuple[list[str], str | None]:
-    return list(project.answers.get("instrument") or []), project.answers.get("controller")
+    return files_of(project, "instrument"), project.answers.get("controller")
 
 
 def _files(project: Project) -> list[str]:
@@ -286,7 +318,9 @@ def _exports(project: Project) -> tuple[list[str], str | None]:
 
 def _plain(text: str, project: Project) -> str:
     """A sentence with the project's files as a person knows them, and the screen's words in place of an option's."""
-    text = text.replace(f"{project.folder}/inputs/", "").replace(f"{project.folder}/", "")
-    return text.replace(
-        "give the controller's log or program with --joints FILE", "drop the controller's log or program"
-    )
+    if text in _ON_SCREEN:
+        return _ON_SCREEN[text]
+    if isinstance(text, Said):
+        parts = {key: _plain(part, project) if isinstance(part, str) else part for key, part in text.values.items()}
+        return type(text)(text.message, **parts)
+    return text.replace(f"{project.folder}/inputs/", "").replace(f"{project.folder}/", "")

@@ -13,8 +13,8 @@ from typing import Any
 from nicegui import ui
 
 from fastcal.errors import FastcalError
-from fastcal.report.language import _, language
-from fastcal.said import Said, said
+from fastcal.report.language import _, language, retold
+from fastcal.said import said, sentence_of
 from fastcal.studio.state import Studio
 
 # Address, name, icon, what it is for, module.
@@ -97,18 +97,19 @@ def card(title: str, hint: str = "") -> Iterator[None]:
         yield
 
 
-def said_by(error: FastcalError) -> str:
-    """The sentence of an error, with its parts where it has any, so that it can be translated."""
-    return error.args[0] if error.args and isinstance(error.args[0], Said) else str(error)
-
-
 @contextmanager
 def told() -> Iterator[None]:
     """Shows the sentence of an error instead of failing."""
     try:
         yield
     except FastcalError as error:
-        ui.notify(_(said_by(error)), type="negative", multi_line=True, close_button=True, timeout=0)
+        refuse(retold(sentence_of(error)))
+
+
+def refuse(sentence: str) -> None:
+    """Shows why something was not done, until it is closed."""
+    close = {"label": _("Close"), "color": "white"}
+    ui.notify(sentence, type="negative", multi_line=True, actions=[close], timeout=0)
 
 
 def table(options: dict[str, Any]) -> ui.aggrid:
@@ -157,9 +158,9 @@ def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
         if seen["job"] is not job:
             seen.update(job=job, over=False)
         bar.visible = job.is_running
-        step.text = f"{_(job.title)}: {_(job.step)}"
+        step.text = f"{_(job.title)}: {retold(job.step)}"
         failed.visible = bool(job.error)
-        failed.text = _(job.error)
+        failed.text = retold(job.error)
         if not job.is_running:
             seen["over"] = True
             if job.result is not None:

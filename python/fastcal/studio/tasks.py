@@ -16,8 +16,8 @@ from typing import Any
 
 import fastcal
 from fastcal.errors import FastcalError
-from fastcal.report.language import LANGUAGE, _, in_language, language
-from fastcal.said import said
+from fastcal.report.language import LANGUAGE, _, in_language, language, retold
+from fastcal.said import said, sentence_of
 from fastcal.units import from_si, to_si
 
 Say = Callable[[str], None]
@@ -126,7 +126,8 @@ def main(arguments: Sequence[str]) -> int:
         with in_language(os.environ.get(LANGUAGE, "en")):
             tell(result=TASKS[name](lambda step: tell(step=_(step)), **json.loads(given)))
     except FastcalError as error:
-        tell(error=str(error))
+        with in_language(os.environ.get(LANGUAGE, "en")):
+            tell(error=retold(sentence_of(error)))
         return 2
     return 0
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """`fastcal compensate` on robot programs, as a process: a program in, the same program for the real robot out."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -119,6 +120,30 @@ def test_wrong_usage_is_one_line(cell, fastcal, monkeypatch, arguments, sentence
     said = fastcal("compensate", "siasun_sr210d_real.yaml", *arguments)
     assert said.code == 2
     assert said.error.startswith(sentence)
+
+
+def test_without_an_option_the_payload_is_the_programs_own(fastcal, programs, tmp_path, monkeypatch) -> None:
+    """As the studio does; a cell file knows masses that the program only names."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1790000000")
+    monkeypatch.chdir(tmp_path)
+    yields = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 4e-6}}
+    library.perturbed(library.load_robot("ur5").with_(effects=[yields]), seed=3).save("real.yaml")
+    Path("p.script").write_bytes(programs["URScript"]["palletize.script"])
+    common = ("compensate", "real.yaml", "p.script", "--nominal", "ur5")
+    said = fastcal(*common, "-o", "own.script", "--json")
+    assert json.loads(said.out)["payloads_kg"] == [2.35]
+    assert "fastcal: warning: payload as the program states it: 2.35 kg" in said.err
+    for payload in ("2.35", "0"):
+        assert fastcal(*common, "--payload-kg", payload, "-o", f"{payload}.script").code == 0
+    assert Path("own.script").read_bytes() == Path("2.35.script").read_bytes() != Path("0.script").read_bytes()
+    Path("q.src").write_text("DEF q()\nBAS(#TOOL,2)\nPTP {A1 0,A2 -60,A3 80,A4 0,A5 30,A6 0}\nEND\n")
+    Path("cell.yaml").write_text("loads: {'2': {mass_g: 4500}}\n")
+    common = ("compensate", "real.yaml", "q.src", "--nominal", "ur5", "--cell", "cell.yaml")
+    said = fastcal(*common, "-o", "r.src", "--json")
+    assert json.loads(said.out)["payloads_kg"] == [pytest.approx(4.5)]
+    Path("cell.yaml").write_text("loads: {'2': {mass_kg: -1}}\n")
+    said = fastcal(*common, "-o", "s.src")
+    assert said.error.startswith("cell.yaml: loads.2.mass_kg: expected a mass of 0 or more, got -1")
 
 
 def test_a_calibrated_model_knows_its_controller_s_robot(demo, process, tmp_path) -> None:

@@ -16,9 +16,10 @@ from fastcal import _core
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.compensation.programs import robot_without_measurement
 from fastcal.conversion import convert
-from fastcal.diagnosis.library import build_library, needs, other_forms
+from fastcal.diagnosis.library import build_library, needs
 from fastcal.diagnosis.plan import approached_joints
 from fastcal.diagnosis.problem import with_nuisances
+from fastcal.diagnosis.variants import other_forms
 from fastcal.diagnosis.words import cause_in_words
 from fastcal.effects import registered
 from fastcal.effects.entries import build_effects, curve_of, effect_owners, traits_of

@@ -13,6 +13,7 @@ import numpy as np
 
 import fastcal
 from fastcal.cli import main as command
+from fastcal.io.results import read_json
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
@@ -188,11 +189,21 @@ def calibrate_wrong_rows(folder: Path) -> Path:
     return calibrated(folder, "--as-read")
 
 
+def scattered(data: Dataset) -> Dataset:
+    """Six rows of ten are of nothing."""
+    assert data.position is not None
+    wrong = np.arange(len(data)) % 10 < 6
+    far = np.random.default_rng(1).normal(scale=0.008, size=data.position.shape)
+    return replace(data, position=data.position + np.where(wrong[:, None], far, 0.0))
+
+
 @case
 def calibrate_not_converged(folder: Path) -> Path:
-    nominal = written(folder, rows=40, test=0)
-    fastcal.calibrate(nominal, folder / "fit.csv", max_iterations=1).save(folder / "out")
-    return folder / "out" / "report.html"
+    """Fewer than half of the rows agree with one another."""
+    written(folder, rows=100, test=0, bent=scattered)
+    page = calibrated(folder)
+    assert read_json(folder / "out" / "result.json")["status"] == "not_converged"
+    return page
 
 
 @case

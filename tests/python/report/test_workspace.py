@@ -90,3 +90,20 @@ def test_flat_views_show_the_two_axes_they_name() -> None:
     np.testing.assert_allclose(front.traces[1]["x"], positions[:, 0])
     np.testing.assert_allclose(front.traces[1]["y"], positions[:, 2])
     np.testing.assert_allclose(np.asarray(front.traces[0]["y"])[1::3], (positions + 100 * before)[:, 2])
+
+
+def test_the_arrows_of_outliers_are_cut_and_leave_colours_to_the_others() -> None:
+    positions, before = cloud(100, 1.0)
+    before[:4] *= 500  # 50 m long at the scale of the others
+    figure = scene(positions, before, before / 10, None, "the frame")
+    lines = np.column_stack([figure.traces[0][axis] for axis in "xyz"]).reshape(100, -1, 3)
+    length = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
+    diagonal = np.linalg.norm(np.ptp(positions, axis=0))
+    np.testing.assert_allclose(length[:4], 0.3 * diagonal)
+    np.testing.assert_allclose(length[4:], 100.0)
+    assert figure.traces[0]["line"]["cmax"] == pytest.approx(3.0)
+    assert "are cut" in figure.note
+    for view in flat_views(positions, before, before / 10):
+        x = np.asarray(view.traces[0]["x"])
+        assert np.nanmax(np.abs(x - np.clip(x, 0, 1000))) < 0.31 * diagonal
+    assert "are cut" not in scene(*cloud(100, 1.0), None, None, "the frame").note

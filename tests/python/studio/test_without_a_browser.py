@@ -15,6 +15,8 @@ import yaml
 import fastcal
 from fastcal.cli import main
 from fastcal.errors import InvalidInput, ParseError
+from fastcal.io.results import read_json
+from fastcal.report.language import in_language, retold
 from fastcal.studio import reading
 from fastcal.studio.jobs import Job
 from fastcal.studio.project import Project
@@ -157,3 +159,59 @@ def test_roles_are_changed_one_at_a_time(shared_data: Any, tmp_path: Path) -> No
     assert again.rms == pytest.approx(good.rms)
     line, _ = reading.save(project, again)
     assert "--map map.yaml" in line
+
+
+def test_what_a_file_holds_says_whose_it_is(shared_data: Any, tmp_path: Path) -> None:
+    """Whichever field it was dropped into; a file of neither stays what it was dropped as."""
+    folder = shared_data / "exports" / "01_sa_points"
+    project = Project(tmp_path)
+    points = project.receive("points.txt", (folder / "ur5_sa.txt").read_bytes())
+    joints = project.receive("joints.csv", (folder / "joints.csv").read_bytes())
+    program = project.receive("poses.script", b"def p():\n  movej([0,-1,1,0,1,0])\nend\n")
+    both = project.receive("both.csv", b"q1_deg,x_mm,y_mm,z_mm\n1,2,3,4\n5,6,7,8\n")
+    other = project.receive("other.txt", b"nothing of use\n")
+    for dropped in ("instrument", "controller"):
+        found = [reading.kind_of(project, path, dropped) for path in (points, joints, program, both, other)]
+        assert found == ["instrument", "controller", "controller", "instrument", dropped]
+
+
+def test_a_screen_names_no_option_of_a_command(shared_data: Any, tmp_path: Path) -> None:
+    """In either language: what a file lacks is said in the words of the screen."""
+    folder = shared_data / "exports" / "01_sa_points"
+    project = Project(tmp_path)
+    project.choose_robot("ur5")
+    points = project.receive("points.txt", (folder / "ur5_sa.txt").read_bytes())
+    joints = project.receive("joints.csv", (folder / "joints.csv").read_bytes())
+    project.answer("instrument", [points])
+    problem = reading.understand(project).problem
+    assert problem == "points.txt: holds 200 measured points and no joints: drop the controller's log or program"
+    project.answer("instrument", [joints])
+    assert reading.understand(project).problem == (
+        "joints.csv: holds 6 joints in 200 rows and no measured points: drop the instrument's points too, or say above "
+        "which columns they are"
+    )
+    project.answer("instrument", [points])
+    project.answer("controller", joints)
+    with in_language("de"):
+        notes = [retold(note) for note in reading.understand(project).notes]
+    assert notes[0] == "200 Punkte nach Namen mit ihren Posen verbunden ('Target' der Punkte, 'Point' der Posen)"
+    assert notes[1].startswith("am Roboter geprüft: Jedes Paar passt (0,")
+    assert notes[2] == "Spalten von points.txt, die nicht bekannt sind, bleiben weg: 'Collection', 'Group'"
+    reading.count_joints(project, [1, 1, -1, 1, 1, 1], "own")
+    found = reading.understand(project)
+    assert found.suspicion.startswith("With the sign of joint 3 turned the misfit would be ")
+    with in_language("de"):
+        assert retold(found.suspicion).endswith(": das Vorzeichen von Gelenk 3 umgedreht.")
+        assert retold(found.problem).startswith("points.txt: die Punkte passen nicht zu diesem Roboter")
+
+
+def test_a_result_is_held_against_poses_that_no_fit_sees(tmp_path: Path) -> None:
+    nominal = fastcal.load_robot("ur5")
+    real = fastcal.perturbed(nominal, seed=1)
+    for name, rows in (("measurements.csv", 40), ("test.csv", 12)):
+        data = fastcal.simulate(real, fastcal.random_poses(nominal, rows, seed=rows), noise=3e-5, seed=rows)
+        fastcal.write_measurements(tmp_path / name, data, nominal.joint_types)
+    assert Project(tmp_path).data_files() == ["measurements.csv", "test.csv"]
+    names = {"robot": "ur5", "data": "measurements.csv", "test": "test.csv"}
+    assert Job("calibrating", "calibrate", tmp_path, out="out", **names).wait(120)["status"] == "converged"
+    assert read_json(tmp_path / "out" / "result.json")["test"]["file"].endswith("test.csv")

@@ -17,6 +17,7 @@ from fastcal.programs.program import Document, Move, Program
 
 _ACTIVE = re.compile(r"^(UFRAME_NUM|UTOOL_NUM)(?:\[GP1\])?\s*=\s*(.*)$", re.I)
 _MOVED = re.compile(r"^(UFRAME|UTOOL)\[\s*(?:GP1\s*:\s*)?(\w+)[^\]]*\]\s*=", re.I)
+_PAYLOAD = re.compile(r"^PAYLOAD\[\s*(?:GP1\s*:\s*)?(?!GP)(R\[[^\]]*\]|[^:\[\]]*)", re.I)
 _TRACKING = re.compile(r"^\s*LINE_TRACK_SCHEDULE_NUMBER\s*:\s*[1-9]", re.M)
 
 
@@ -126,6 +127,7 @@ class _Reader:
             SOMEWHERE if instruction.added else None,
             wordless=instruction.wordless,
             afresh=self.afresh,
+            loads=tuple(sorted(self.active.get("PAYLOAD", ()))) or (None,),
         )
         self.book.moves.append(move)
         self.afresh = False
@@ -137,9 +139,11 @@ class _Reader:
         return only if only.isdecimal() else None
 
     def _frames(self, instruction: Instruction) -> None:
-        """UFRAME_NUM=1, and UFRAME[1]=PR[5], which moves a frame at run time."""
+        """UFRAME_NUM=1, PAYLOAD[1], and UFRAME[1]=PR[5], which moves a frame at run time."""
         if chosen := _ACTIVE.match(instruction.text):
             self.active.setdefault(chosen[1].upper(), set()).add(chosen[2].strip())
+        elif carried := _PAYLOAD.match(instruction.text):
+            self.active.setdefault("PAYLOAD", set()).add(carried[1].strip())
         elif moved := _MOVED.match(instruction.text):
             what = "frame" if moved[1].upper() == "UFRAME" else "tool"
             where = f"line {self.book.line(self.place, instruction.at)} gives {what} {moved[2]} a value at run time"

@@ -24,6 +24,7 @@ _ORIGINS = {"$NULLFRAME", "$WORLD"}
 _HERE = {"$AXIS_ACT", "$POS_ACT", "$AXIS_INT", "$POS_INT", "$AXIS_RET", "$POS_RET"}
 _DATA = {"TOOL_DATA": "tool", "BASE_DATA": "frame"}
 _ACTIVE = {"$TOOL": "tool", "$BASE": "frame"}
+_LOADS = {"$LOAD", "LOAD_DATA"}
 _NUMBERS = {"TOOL_NO", "BASE_NO"}  # components that are the number of a tool or a base
 
 
@@ -178,6 +179,9 @@ class _Reader(Walker):
             root = root.parts[0]
         word = root.text.upper()
         line = self.book.line(self.document, statement.start)
+        if word in _LOADS:
+            self._load(to, value, line)
+            return
         if word in _DATA or (word in _ACTIVE and to.kind != "name"):
             self.takes_as_frame(statement.start, value)
         if word in _ACTIVE and to.kind == "name":
@@ -189,6 +193,7 @@ class _Reader(Walker):
         elif word == "FDAT_ACT":
             tool, frame = self._taught(value.text)
             self.state = replace(self.state, tool=tool or f"of {value.text}", frame=frame or f"of {value.text}")
+            self._mount(self._of(value, "TOOL_NO").name or f"of {value.text}")
         elif word == "$IPO_MODE":
             on = value.text.upper() == "#TCP"
             self.state = replace(self.state, switches=frozenset({"#TCP"} if on else ()))
@@ -210,6 +215,33 @@ class _Reader(Walker):
             self.book.doubt(what, label, f"{what} {label} is changed at run time, in line {line}")
         else:
             known[label] = T
+
+    def _load(self, to: Node, value: Node, line: int) -> None:
+        """$LOAD = LOAD_DATA[1], $LOAD = {M 5.0, ...}, $LOAD.M = 5.0: what hangs on the flange; so LOAD_DATA[1]."""
+        if to.kind == "field" and to.text.upper() != "M":
+            return  # where its centre is
+        masses = {part.text: part.parts[0] for part in value.parts} if value.kind == "record" else {"M": value}
+        mass = self.number(masses["M"]) if "M" in masses else None
+        name = self._load_number(to.parts[0] if to.kind == "field" else to)
+        if name is None:  # $LOAD
+            name = self._load_number(value)
+            if name is None:
+                name = f"$LOAD of line {line}"
+                self.book.weigh(name, mass, line)
+            self._mount(name)
+        else:
+            self.book.weigh(name, mass, line)
+
+    def _load_number(self, node: Node) -> str | None:
+        """1 of LOAD_DATA[1], what its number is computed from where that is not known; None for what is none."""
+        if node.kind != "index" or node.parts[0].text.upper() != "LOAD_DATA":
+            return None
+        number = self.number(node.parts[1])
+        return self.book.shown(self.document, node.start, node.end) if number is None else f"{number:g}"
+
+    def _mount(self, load: str) -> None:
+        """What the arm carries from here on; with tool 0 the program says nothing of it."""
+        self.state = replace(self.state, loads=(None if load == "0" else load,))
 
     def _activate(self, what: str, value: Node, statement: Statement) -> None:
         self._set(what, self._label(what, value, statement))
@@ -246,6 +278,8 @@ class _Reader(Walker):
                 self._set(what, self._doubtful(what, shown, f"{shown} is not followed"))
             else:
                 self._set(what, f"{number:g}")
+            if what == "tool":
+                self._mount(shown if number is None else f"{number:g}")
 
     def _block(self, statement: Statement) -> None:
         """SPLINE WITH $TOOL = ... holds up to ENDSPLINE."""
@@ -259,6 +293,9 @@ class _Reader(Walker):
         for part in statement.parts:
             if part.kind == "named" and part.text in _ACTIVE and part.parts:
                 self._activate(_ACTIVE[part.text], part.parts[0], statement)
+            elif part.kind == "named" and part.text == "$LOAD" and part.parts:
+                line = self.book.line(self.document, statement.start)
+                self._load(Node("name", part.text, part.start, part.end), part.parts[0], line)
 
     def _move(self, statement: Statement) -> None:
         outer = self.state
@@ -284,7 +321,8 @@ class _Reader(Walker):
         tool = self.state.tool
         if "#TCP" in self.state.switches:
             tool = self._doubtful("tool", f"{tool} at #TCP", "the tool stands still and the robot holds the part")
-        self.book.go(place, self.document, statement.start, self.state.frame, tool=tool, afresh=self.state.afresh)
+        holds = {"tool": tool, "afresh": self.state.afresh, "loads": self.state.loads}
+        self.book.go(place, self.document, statement.start, self.state.frame, **holds)
         self.state = replace(self.state, afresh=False)
 
     def _why(self, node: Node) -> str:

@@ -13,19 +13,21 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.programs import orientation
-from fastcal.programs.book import NOWHERE, SOMEWHERE, Book, Place, any_of
+from fastcal.programs.book import NOWHERE, SOMEWHERE, Book, Place, any_of, load_changes
 from fastcal.programs.flow import State, Walker
 from fastcal.programs.program import Document, Program
 from fastcal.programs.rapid.language import Rapid
 from fastcal.programs.rapid.moves import moves, roles
 from fastcal.programs.rapid.statements import routines
 from fastcal.programs.syntax import Node, Routine, Statement
+from fastcal.said import said
 from fastcal.units import to_si
 
 _POSE_UNITS = ("mm", "mm", "mm", "1", "1", "1", "1")
 _CONFIGURATION = ("cf1", "cf4", "cf6", "cfx")
 _QUATERNION_TOLERANCE = 0.01
 _CONTROLS = re.compile(r"[\x00-\x08\x0e-\x1f\x7f-\x9f]")
+_DATA = {"TOOLDATA": ("tool", "load"), "WOBJDATA": ("frame",), "LOADDATA": ("load",)}  # what a type says
 _DISPLACED = "displaced"
 _DISPLACES = {"PDISPSET", "PDISPON", "EOFFSSET", "EOFFSON"}
 _REPLACES = {"PDISPOFF"}
@@ -37,7 +39,7 @@ _SETS = {"SET", "RESET", "SETDO", "SETGO", "SETAO", "WAITTIME", "WAITUNTIL", "VE
 def read(documents: tuple[Document, ...]) -> Program:
     """The targets of RAPID modules."""
     book = Book(documents, origins=frozenset({"wobj0"}))
-    book.tools["tool0"], book.frames["wobj0"] = np.eye(4), np.eye(4)
+    book.tools["tool0"], book.frames["wobj0"], book.loads["load0"] = np.eye(4), np.eye(4), 0.0
     found: list[Routine] = []
     for place, document in enumerate(documents):
         if len(_CONTROLS.findall(document.text)) > len(document.text) / 20:
@@ -58,7 +60,7 @@ class _Reader(Walker):
 
     loops = frozenset({"FOR", "WHILE"})
     cases = frozenset({"TEST"})
-    only_read = frozenset(_ONLY_READ | _SETS | _DISPLACES | {"CONFL", "CONFJ"})
+    only_read = frozenset(_ONLY_READ | _SETS | _DISPLACES | {"CONFL", "CONFJ", "GRIPLOAD"})
 
     def __init__(self, book: Book, found: Sequence[Routine], start: State) -> None:
         super().__init__(book, found, start)
@@ -75,8 +77,12 @@ class _Reader(Walker):
         words = ["" if part.kind != "name" else part.text.upper() for part in parts]
         if statement.name == "TOOLDATA" and len(parts) == 3 and (T := self._pose(parts[1])) is not None:
             self.book.tools[name.text.lower()] = T
+            if parts[2].parts:
+                self._weigh(name, parts[2].parts[0])
             if words[0] == "FALSE":
                 self.book.doubt("tool", name.text, f"{name.text} is a stationary tool, which fastcal does not follow")
+        elif statement.name == "LOADDATA" and parts:
+            self._weigh(name, parts[0])
         elif statement.name == "WOBJDATA" and len(parts) == 5:
             user, inner = self._pose(parts[3]), self._pose(parts[4])
             if user is not None and inner is not None:
@@ -84,6 +90,10 @@ class _Reader(Walker):
             if words[0] == "TRUE" or words[1] == "FALSE":
                 why = f"{name.text} is a work object that a robot or an axis moves, which fastcal does not follow"
                 self.book.doubt("frame", name.text, why)
+
+    def _weigh(self, name: Node, mass: Node) -> None:
+        """The mass of a tool, or of a load in it."""
+        self.book.weigh(name.text, self.number(mass), self.book.line(self.document, mass.start))
 
     def _pose(self, node: Node) -> FloatArray | None:
         """[[x, y, z], [q1, q2, q3, q4]] as a pose; None where it is none."""
@@ -113,7 +123,7 @@ class _Reader(Walker):
             self.read(statement)
 
     def place(self, node: Node, name: str = "") -> Place:
-        if node.kind == "name" and self._types.get(self.key(node.text)) in ("TOOLDATA", "WOBJDATA"):
+        if node.kind == "name" and self._types.get(self.key(node.text)) in ("TOOLDATA", "WOBJDATA", "LOADDATA"):
             return Place(name=node.text)
         return super().place(node, name)
 
@@ -178,13 +188,15 @@ class _Reader(Walker):
         root = statement.parts[0]
         while root.kind in ("field", "index"):
             root = root.parts[0]
-        what = {"TOOLDATA": "tool", "WOBJDATA": "frame"}.get(self._types.get(self.key(root.text), ""))
-        if what is None:
+        what = _DATA.get(self._types.get(self.key(root.text), ""), ())
+        if not what:
             self.assign(statement)
-        else:
-            line = self.book.line(self.document, statement.start)
-            self.book.doubt(what, root.text, f"{what} {root.text} is changed at run time, in line {line}")
-            self.takes_as_frame(statement.start, *statement.parts[1:])
+            return
+        where = said("line {line}", line=self.book.line(self.document, statement.start))
+        for each in what:
+            why = f"{each} {root.text} is changed at run time, in {where}"
+            self.book.doubt(each, root.text, load_changes(root.text, where) if each == "load" else why)
+        self.takes_as_frame(statement.start, *statement.parts[1:])
 
     def _instruction(self, statement: Statement) -> None:
         """A move, what switches how moves are meant, or a call."""
@@ -195,6 +207,8 @@ class _Reader(Walker):
         elif name in ("CONFL", "CONFJ"):
             switch = next((part.text.upper() for part in statement.parts), "ON")
             self._switch(name, on=switch == "OFF")
+        elif name == "GRIPLOAD" and plain:
+            self.state = replace(self.state, loads=(self._name(plain[0]),))
         elif name in _DISPLACES | _REPLACES:
             self._switch(_DISPLACED, on=name in _DISPLACES)
             self.spoil(statement)
@@ -211,9 +225,11 @@ class _Reader(Walker):
             self.spoil(statement)
             self._leave(statement, "its arguments are not those that this instruction has")
             return
-        wobj = next((part.parts[0] for part in statement.parts if part.text.upper() == "WOBJ" and part.parts), None)
+        given = {part.text.upper(): part.parts[0] for part in statement.parts if part.kind == "named" and part.parts}
+        wobj, whole = given.get("WOBJ"), given.get("TLOAD")
         tool = plain[asked.index("tool")] if "tool" in asked else None
         names = [None if tool is None else self._name(tool), "wobj0" if wobj is None else self._name(wobj)]
+        loads = self._carried(names[0], None if whole is None else self._name(whole))
         linear = "J" not in statement.name.upper()
         for role, argument in zip(asked, plain, strict=True):
             if role in ("found", "external"):
@@ -221,9 +237,30 @@ class _Reader(Walker):
                 if role == "external":
                     self._leave(statement, f"{statement.name} moves external axes alone")
             elif role in ("via", "point", "joints"):
-                self._go(statement, argument, names, is_linear=linear)
+                self._go(statement, argument, names, loads, is_linear=linear)
 
-    def _go(self, statement: Statement, argument: Node, names: list[str | None], *, is_linear: bool) -> None:
+    def _carried(self, tool: str | None, whole: str | None) -> tuple[str | None, ...]:
+        """The tool with what GripLoad put into it, or TLoad instead of both; tool0 says nothing of what it carries."""
+        if whole is not None and whole.lower() != "load0":
+            return (whole,)
+        own = [] if tool is None or tool.lower() == "tool0" else [tool]
+        found: list[str | None] = []
+        for load in self.state.loads:
+            parts = own if load is None or load.lower() == "load0" else [*own, load]
+            if len(parts) > 1:
+                self.book.loads[" with ".join(parts).lower()] = tuple(parts)
+            found.append(" with ".join(parts) if parts else load)
+        return tuple(found)
+
+    def _go(
+        self,
+        statement: Statement,
+        argument: Node,
+        names: list[str | None],
+        loads: tuple[str | None, ...],
+        *,
+        is_linear: bool,
+    ) -> None:
         place = self.place(argument)
         if not place.targets:
             self.spoil(statement, argument)
@@ -238,6 +275,7 @@ class _Reader(Walker):
             tool=names[0],
             wordless=switch in self.state.switches,
             afresh=self.state.afresh,
+            loads=loads,
         )
         self.state = replace(self.state, afresh=False)
 

@@ -30,8 +30,9 @@ _BY_HAND = {"speedj", "freedrive_mode", "teach_mode"}
 # Functions that read what they are given, and whose results are no places.
 _ONLY_READ = {
     *("textmsg", "popup", "point_dist", "pose_dist", "norm", "length", "to_str", "str_cat", "varmsg", "sleep"),
-    *("set_payload", "set_payload_cog", "set_target_payload", "set_gravity", "is_within_safety_limits", "force_mode"),
+    *("set_payload_cog", "set_gravity", "is_within_safety_limits", "force_mode"),
 }
+_LOADS = {"set_payload", "set_payload_mass", "set_target_payload"}  # whose first argument is a mass at the flange
 _HERE = {"get_actual_joint_positions", "get_target_joint_positions", "get_joint_positions"}
 
 
@@ -149,6 +150,8 @@ class _Reader(Walker):
             self.spoil(statement)
         elif name == "stop_conveyor_tracking":
             self.state = replace(self.state, frame="base")
+        elif name in _LOADS and name not in self.routines and statement.parts:
+            self._set_load(statement)
         elif name in _BY_HAND:
             self.state = replace(self.state, afresh=True)
         elif name in _ONLY_READ:
@@ -170,6 +173,15 @@ class _Reader(Walker):
             self.book.doubt("tool", label, f"its tool, {shown} in set_tcp of that line, is computed at run time")
         self.state = replace(self.state, tool=label)
 
+    def _set_load(self, statement: Statement) -> None:
+        """set_payload(2.35, [0, 0, 0.06]): all that hangs on the flange, from there on."""
+        self.read(statement)
+        first = next((part.parts[0] for part in statement.parts if part.kind == "named" and part.text == "m"), None)
+        line = self.book.line(self.document, statement.start)
+        label = f"{statement.name} of line {line}"
+        self.book.weigh(label, self.number(first or statement.parts[0]), line)
+        self.state = replace(self.state, loads=(label,))
+
     def _move(self, statement: Statement) -> None:
         count, is_linear = _MOVES[statement.name]
         if any(part.kind == "named" and part.text not in _PLACES | _OPTIONS for part in statement.parts):
@@ -187,7 +199,8 @@ class _Reader(Walker):
             place = self.place(node)
             if place.targets:
                 where = (self.document, statement.start, self.state.frame)
-                self.book.go(place, *where, tool=self.state.tool, afresh=self.state.afresh)
+                holds = {"tool": self.state.tool, "afresh": self.state.afresh, "loads": self.state.loads}
+                self.book.go(place, *where, **holds)
                 self.state = replace(self.state, afresh=False)
                 continue
             self.spoil(statement, node)

@@ -12,6 +12,7 @@ from fastcal.errors import FastcalError
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.rotations import quaternions
 from fastcal.place import joint_position
+from fastcal.report.formatting import fixed
 from fastcal.report.language import _
 from fastcal.robot.pendant import relations
 from fastcal.robot.robot import Robot
@@ -55,7 +56,12 @@ def _robot(robot: Robot) -> None:
     numbers = []
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
         with card(
-            robot.name, _("{kind}, reach {reach:.0f} mm", kind=robot.kinematics, reach=from_si(robot.reach, "mm"))
+            robot.name,
+            _(
+                "{count} joints; stretched out at most {reach:.0f} mm long",
+                count=robot.joint_count,
+                reach=float(from_si(robot.reach, "mm")),
+            ),
         ):
             for k, unit in enumerate(units):
                 low, high = (float(from_si(value, unit)) for value in ranges[k])
@@ -82,11 +88,12 @@ def _robot(robot: Robot) -> None:
         there = robot.pendant.shown(q)
         for k, unit in enumerate(units):
             chain, axis = float(from_si(q[k], unit)), None if robot.pendant.is_chain else robot.pendant.axis(k)
-            pendant = "" if axis is None else f"  J{axis + 1} {float(from_si(there[axis], unit)):.2f}{signs[unit]}"
-            numbers[k].text = f"{chain:.2f}{signs[unit]}{pendant}"
+            numbers[k].text = f"{fixed(chain, 2)}{signs[unit]}"
+            if axis is not None:
+                numbers[k].text += f"  J{axis + 1} {fixed(float(from_si(there[axis], unit)), 2)}{signs[unit]}"
         pose = robot.forward(q[np.newaxis])[0]
         x, y, z = (round(float(from_si(value, "mm")), 2) + 0.0 for value in pose[:3, 3])  # no -0.00
-        turned = " ".join(f"{value:.4f}" for value in quaternions(pose[np.newaxis, :3, :3])[0])
+        turned = " ".join(fixed(float(value), 4) for value in quaternions(pose[np.newaxis, :3, :3])[0])
         place.text = _("tool: x {x:.2f}  y {y:.2f}  z {z:.2f} mm, quaternion {turned}", x=x, y=y, z=z, turned=turned)
 
     say()

@@ -12,11 +12,11 @@ from nicegui import events, run, ui
 from fastcal.importers.orientation import CONVENTIONS
 from fastcal.place import joint_position
 from fastcal.report.formatting import significant
-from fastcal.report.language import _
+from fastcal.report.language import _, retold
 from fastcal.robots import available
 from fastcal.said import said
 from fastcal.studio import reading
-from fastcal.studio.project import MEASUREMENTS
+from fastcal.studio.project import MEASUREMENTS, TEST
 from fastcal.studio.shell import card, command_line, decimals, onward, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
@@ -40,10 +40,10 @@ class _Screen:
     """The screen, whose parts are shown anew as an answer changes."""
 
     def __init__(self, studio: Studio) -> None:
-        self.studio, self.project = studio, studio.project
+        self.studio, self.project, self.asked = studio, studio.project, 0
         with card(_("1  Arm"), _("Choose it from the list, or give its own file.")), ui.row().classes("gap-4"):
             self._arm()
-        hint = _("Drop them as the instrument and the controller wrote them, or press +, one after the other.")
+        hint = _("Drop them as the instrument and the controller wrote them, or press +; what each holds decides.")
         with card(_("2  Files"), hint):
             with ui.row().classes("w-full gap-4"):
                 _drop(_("Points of the instrument"), "instrument", self._take("instrument"))
@@ -54,16 +54,23 @@ class _Screen:
             self.columns()
         with card(_("4  Does it fit?"), _("The nominal arm on the joined list, base and tool fitted.")):
             self.toggles()
+            with ui.row().classes("items-center") as self.busy:
+                ui.spinner(size="sm")
+                ui.label(_("checking the files"))
             self.result = ui.column().classes("w-full")
         ui.timer(0.05, self.show, once=True)
 
     async def show(self) -> None:
-        """Reads anew what the project has, beside the window."""
+        """Reads anew what the project has, beside the window; of several answers the last question's is shown."""
+        self.asked += 1
+        asked, self.busy.visible = self.asked, True
         found = await run.io_bound(reading.understand, self.project)
+        if found is None or asked != self.asked:  # the window was closed, or something was changed meanwhile
+            return
+        self.busy.visible = False
         self.result.clear()
-        if found is not None:  # the window is still there
-            with self.result:
-                _result(self.studio, found)
+        with self.result:
+            _result(self.studio, found)
 
     def changes(self, act: Callable[..., Any]) -> Callable[..., Any]:
         """A handler that acts, says what went wrong, and shows the screen anew."""
@@ -94,8 +101,14 @@ class _Screen:
 
         def take(name: str, content: bytes) -> None:
             path = self.project.receive(name, content)
-            others = [given for given in self.project.answers.get("instrument") or [] if given != path]
-            self.project.answer(kind, path if kind == "controller" else [*others, path])
+            of = reading.kind_of(self.project, path, kind)
+            if of != kind:
+                ui.notify(_moved(path.partition("/")[2], of))
+            for other in ("instrument", "controller"):
+                if path in reading.files_of(self.project, other):
+                    _forget(self.project, other, path)
+            given = reading.files_of(self.project, "instrument")
+            self.project.answer(of, path if of == "controller" else [*given, path])
             self.project.answer("columns", {})  # what was said of other files is of no use
 
         return self.changes(take)
@@ -103,8 +116,8 @@ class _Screen:
     @ui.refreshable_method
     def files(self) -> None:
         """The files that were dropped, each with a button that takes it out."""
-        given = [("instrument", name) for name in self.project.answers.get("instrument") or []]
-        given += [("controller", self.project.answers["controller"])] if "controller" in self.project.answers else []
+        kinds = ("instrument", "controller")
+        given = [(kind, name) for kind in kinds for name in reading.files_of(self.project, kind)]
         with ui.row():
             for kind, name in given:
                 label = _("instrument") if kind == "instrument" else _("controller")
@@ -157,9 +170,16 @@ class _Screen:
             _signs(self.studio, self.changes)
 
 
+def _moved(file: str, of: str) -> str:
+    """Why a file is not taken as what it was dropped as."""
+    if of == "controller":
+        return _("{file} holds joints and no points: it is taken as the controller's", file=file)
+    return _("{file} holds points: it is taken as the instrument's", file=file)
+
+
 def _forget(project: Any, kind: str, name: str) -> None:
     """Takes a file out of the list; it stays in the folder."""
-    left = [given for given in project.answers.get("instrument") or [] if given != name]
+    left = [given for given in reading.files_of(project, "instrument") if given != name]
     project.answer(kind, left if kind == "instrument" else None)
     project.answer("columns", {})
 
@@ -173,6 +193,8 @@ def _drop(label: str, name: str, take: Callable[[str, bytes], Any]) -> None:
 
     upload = ui.upload(label=label, auto_upload=True, multiple=True, on_upload=arrived)
     upload.props(f'flat bordered data-test="drop-{name}"').classes("w-80")
+    with upload.add_slot("list"):
+        ui.label(_("drop here")).classes("text-sm text-gray-600 dark:text-gray-300")
 
 
 def _signs(studio: Studio, changes: Callable[..., Any]) -> None:
@@ -219,26 +241,29 @@ def _result(studio: Studio, found: reading.Understood) -> None:
             ui.label(_("RMS of the uncalibrated arm over {count} poses.", count=count))
             ui.label(_(_WORDS[grade])).classes("font-medium")
     if found.problem:
-        ui.label(_(found.problem)).classes("text-warning").props('data-test="problem"')
+        ui.label(retold(found.problem)).classes("text-warning").props('data-test="problem"')
     if found.suspicion:
-        ui.label(_(found.suspicion)).classes("text-negative").props('data-test="suspicion"')
+        ui.label(retold(found.suspicion)).classes("text-negative").props('data-test="suspicion"')
     for note in found.notes:
-        ui.label(f"• {_(note)}").classes("text-sm").props('data-test="note"')
+        ui.label(f"• {retold(note)}").classes("text-sm").props('data-test="note"')
     if not rows:
         return
     line = ui.column().classes("w-full")
 
-    def keep() -> None:
+    def keep(place: str) -> None:
         with told():
-            command, count = reading.save(project, found)
+            command, count = reading.save(project, found, place)
             line.clear()
             with line:
-                ui.label(_("{file}: {count} rows. This command does the same:", file=MEASUREMENTS, count=count))
+                ui.label(_("{file}: {count} rows. This command does the same:", file=place, count=count))
                 command_line(command)
                 onward(_("Next: calibrate on the screen Result"), "/result")
 
-    with line:
-        ui.button(_("Save the measurements"), on_click=keep, icon="save").props('no-caps data-test="save"')
+    with line, ui.row():
+        save = ui.button(_("Save the measurements"), on_click=lambda: keep(MEASUREMENTS), icon="save")
+        save.props('no-caps data-test="save"')
+        other = ui.button(_("Save as test poses"), on_click=lambda: keep(TEST), icon="rule").props("no-caps outline")
+        other.props('data-test="save-test"').tooltip(_("Poses that no fit sees: they show how good the model is."))
     kinds = project.robot().joint_types if project.has_robot else []
     _joined(rows, {joint_position(k): "mm" if kind == "prismatic" else "°" for k, kind in enumerate(kinds)})
 

@@ -11,8 +11,8 @@ from nicegui import run, ui
 
 from fastcal.live import LiveSession, has_ros
 from fastcal.measurements.dataset import Dataset
-from fastcal.report.formatting import significant
-from fastcal.report.language import _
+from fastcal.report.formatting import fixed, significant
+from fastcal.report.language import _, retold
 from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.project import LIVE, MEASUREMENTS
@@ -188,9 +188,8 @@ def _running(studio: Studio, session: LiveSession, shown: Any) -> None:
             next_said.text = _("every pose of the plan is measured")
             return
         units = ["mm" if kind == "prismatic" else "°" for kind in session.nominal.joint_types]
-        shown_at = "  ".join(
-            f"J{k + 1}\N{NO-BREAK SPACE}{v:.2f}{u}" for k, (v, u) in enumerate(zip(pose.shown, units, strict=True))
-        )
+        positions = enumerate(zip(pose.shown, units, strict=True), start=1)
+        shown_at = "  ".join(f"J{k}\N{NO-BREAK SPACE}{fixed(float(v), 2)}{unit}" for k, (v, unit) in positions)
         which = "" if pose.planned is None else _("planned pose {number}", number=pose.planned + 1) + ": "
         next_said.text = which + shown_at
         robot = session.nominal if session.belief is None else session.belief.robot
@@ -222,7 +221,7 @@ def _fill(session: LiveSession, last: Any, sigma: Any, count: Any) -> None:
     if session.rows:
         row = session.rows[-1]
         good = row.judgement.kind == "ok"
-        last.text = _("row {row}", row=len(session.rows) - 1) + f": {_(row.judgement.text) or _('ok')}"
+        last.text = _("row {row}", row=len(session.rows) - 1) + f": {retold(row.judgement.text) or _('ok')}"
         last.classes(replace=f"text-lg {'text-positive' if good else 'text-negative font-bold'}")
     kept = len(session.kept)
     count.text = _("{rows} rows, {kept} kept", rows=len(session.rows), kept=kept)
@@ -253,7 +252,7 @@ def _table(session: LiveSession) -> list[dict[str, Any]]:
             "kind": _(_KINDS.get(row.decision or row.judgement.kind, row.judgement.kind)),
             "off": mm(row.judgement.off),
             "expected": mm(row.judgement.expected),
-            "text": _(row.judgement.text),
+            "text": retold(row.judgement.text),
             "kept": row.is_kept,
         }
         for k, row in reversed(list(enumerate(session.rows)))

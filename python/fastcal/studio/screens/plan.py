@@ -14,12 +14,12 @@ from nicegui import ui
 from fastcal.design.surroundings import REASONS, Surroundings
 from fastcal.io.measurements import load_measurements
 from fastcal.report.formatting import plural
-from fastcal.report.language import _
+from fastcal.report.language import _, retold
 from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import ROBOT
-from fastcal.studio.shell import card, command_line, job_bar, onward, told
+from fastcal.studio.shell import card, command_line, job_bar, onward, refuse, told
 from fastcal.studio.space import Box, Space, column, floor
 from fastcal.studio.state import Studio
 from fastcal.units import to_si
@@ -71,8 +71,12 @@ class _Screen:
         payloads = ui.input(_("Available payloads, kg"), value="0").classes("w-40")
 
         def plan() -> None:
-            with told():
+            try:
                 masses = [float(mass) for mass in str(payloads.value).replace(";", ",").split(",")]
+            except ValueError:
+                refuse(_("expected masses in kg with commas between them, got {text}", text=str(payloads.value)))
+                return
+            with told():
                 _write_surroundings(self.studio, self.boxes)
                 self.studio.start("plan", said("planning"), "design", robot=ROBOT, count=int(count.value), out=POSES,
                                   effects=effects.value, payloads=masses, keep_out=self.boxes,
@@ -84,7 +88,7 @@ class _Screen:
                 with self.line:
                     command_line(self.project.remember(words))
 
-        ui.button(_("Plan"), on_click=plan).props('data-test="plan"')
+        ui.button(_("Plan the poses"), on_click=plan).props('data-test="plan"')
 
     def _new_box(self) -> None:
         """A box by its corners, or a floor or a column to be dragged to its place."""
@@ -96,8 +100,12 @@ class _Screen:
             self.changed()
 
         def add() -> None:
-            values = [float(field.value or 0) for field in fields]
-            put([values[:3], values[3:]])
+            corners = np.array([field.value or 0.0 for field in fields], dtype=float).reshape(2, 3)
+            low, high = np.sort(corners, axis=0).tolist()
+            if any(a == b for a, b in zip(low, high, strict=True)):
+                refuse(_("a box needs two corners that differ in x, y and z: enter them at the left"))
+                return
+            put([low, high])
 
         ui.button(_("Add"), on_click=add, icon="add").props('outline data-test="add-box"')
         for label, make in ((_("Floor"), floor), (_("Column"), column)):
@@ -144,7 +152,7 @@ class _Screen:
         self.curve[:] = result["curve"]
         self.changed()
         for note in result["notes"]:
-            ui.notify(_(note))
+            ui.notify(retold(note))
 
 
 def _places(boxes: list[Box], reach: Any, moved: Callable[[], None], remove: Callable[[int], None]) -> None:

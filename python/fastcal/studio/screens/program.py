@@ -13,24 +13,25 @@ from typing import Any
 import numpy as np
 from nicegui import events, run, ui
 
-from fastcal.compensation import CompensatedProgram, compensate_program
+from fastcal.compensation import CompensatedProgram, compensate_program, kilograms
 from fastcal.errors import FastcalError
 from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
-from fastcal.programs import Program
+from fastcal.programs import SUFFIXES, Program, carried, foreign, language_of, other_language, refusal, stated_masses
 from fastcal.report.formatting import fixed
-from fastcal.report.language import _
+from fastcal.report.language import _, retold
 from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
+from fastcal.said import sentence_of
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import INPUTS
-from fastcal.studio.shell import card, command_line, decimals, said_by, table, told
+from fastcal.studio.shell import card, command_line, decimals, refuse, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
 OUT = "programs"
-_ENDINGS = (".mod", ".src", ".ls", ".script", ".urp", ".txt")
+_READ = ", ".join(SUFFIXES)
 _TIMES = 50  # so much longer are the arrows
 _FEW = 10  # targets are shown without a space below them
 
@@ -47,15 +48,20 @@ def build(studio: Studio) -> None:
     def programs() -> list[str]:
         folder = project.path(INPUTS)
         found = sorted(folder.iterdir()) if folder.is_dir() else []
-        return [f"{INPUTS}/{path.name}" for path in found if path.suffix.lower() in _ENDINGS[:-2]]
+        read = [path.name for path in found if language_of(path.name) and path.suffix.lower() != ".dat"]
+        return [f"{INPUTS}/{name}" for name in read]
 
     hint = _("RAPID (.mod), KRL (.src with its .dat), TP (.ls) or URScript (.script).")
     with card(_("Which program, by which model"), hint), ui.row().classes("items-end gap-4"):
 
         async def arrived(event: events.UploadEventArguments) -> None:
             with told():
-                name = project.receive(event.file.name, await event.file.read())
-                source.set_options(programs(), value=name if name in programs() else None)
+                name, content = event.file.name, await event.file.read()
+                if why := _not_read(name, content):
+                    refuse(why)
+                else:
+                    name = project.receive(name, content)
+                    source.set_options(programs(), value=name if name in programs() else source.value)
             upload.reset()
 
         upload = ui.upload(label=_("Drop a program"), auto_upload=True, multiple=True, on_upload=arrived)
@@ -63,7 +69,7 @@ def build(studio: Studio) -> None:
         there = programs()
         source = ui.select(there, value=there[0] if there else None, label=_("Program")).classes("w-64")
         model = ui.select(models, value=models[0], label=_("Model")).classes("w-56")
-        payload = ui.number(_("Payload, kg"), value=0.0, min=0).classes("w-28")
+        payload = ui.number(_("Payload, kg"), min=0).classes("w-28").props("stack-label")
 
         async def change() -> None:
             if not source.value:
@@ -72,12 +78,12 @@ def build(studio: Studio) -> None:
             out.clear()
             with out:
                 robot, path = load_robot(project.path(model.value)), project.path(source.value)
-                options: dict[str, Any] = {"payload": float(payload.value)} if payload.value else {}
+                options: dict[str, Any] = {} if payload.value is None else {"payload": float(payload.value)}
                 try:
                     program = load_program(path)
                     found = await run.io_bound(partial(compensate_program, robot, program, **options))
                 except FastcalError as error:
-                    ui.label(_own(studio, _(said_by(error)))).classes("text-negative").props(
+                    ui.label(_own(studio, retold(sentence_of(error)))).classes("text-negative").props(
                         'data-test="refused" role=alert'
                     )
                     return
@@ -91,7 +97,37 @@ def build(studio: Studio) -> None:
                 _shown(studio, robot, program, found, files, project.remember([*words, "-o", f"{OUT}/{path.name}"]))
 
         ui.button(_("Compensate"), on_click=change).props('data-test="compensate"')
+        stated = ui.label().classes("text-sm w-full").props('data-test="stated"')
+
+        def say_payload() -> None:
+            known, missing = _payload_of(project.path(source.value)) if source.value else ("", "")
+            stated.text = f"{known} {missing}".strip()
+            payload.props(f'placeholder="{_("as stated") if known else 0}"')
+
+        source.on_value_change(say_payload)
+        say_payload()
     out = ui.column().classes("w-full")
+
+
+def _not_read(name: str, content: bytes) -> str:
+    """Why a file is no program that is read; empty where it may be one."""
+    if (other := other_language(name, content)) is not None:
+        return refusal(name, other)
+    if language_of(name) is None:
+        return _("{name}: no robot program, by its ending; read are {endings}", name=name, endings=_READ)
+    return ""
+
+
+def _payload_of(path: Path) -> tuple[str, str]:
+    """What a program states that the arm carries, and what of it is not known; empty where there is nothing to say."""
+    try:
+        program = load_program(path)
+    except FastcalError:  # said when it is compensated
+        return "", ""
+    masses, unknown = stated_masses(program, {}), dict.fromkeys(w for c in carried(program, {}) for w in c.unknown)
+    known = _("Payload as the program states it: {stated}.", stated=_(kilograms(masses))) if masses else ""
+    why = "; ".join(map(retold, unknown))
+    return known, _("Enter the payload: {why}.", why=why) if why else ""
 
 
 def _own(studio: Studio, text: str) -> str:
@@ -112,10 +148,11 @@ def _shown(
             most=float(error.max()),
         )
         ui.label(taken).classes("text-lg").props('data-test="taken"')
-        for sentence in (*found.left, *found.assumed):
-            ui.label(f"⚠ {_own(studio, _(sentence))}").classes("text-warning")
+        foreign_to = foreign(robot.name, program.language.name)
+        for sentence in (*([foreign_to] if foreign_to else []), *found.left, *found.assumed):
+            ui.label(f"⚠ {_own(studio, retold(sentence))}").classes("text-warning")
         for sentence in found.notes:
-            ui.label(f"• {_own(studio, _(sentence))}").classes("text-sm")
+            ui.label(f"• {_own(studio, retold(sentence))}").classes("text-sm").props('data-test="note"')
         for file in files:
             name = str(file.relative_to(studio.project.folder))
             ui.link(_("Download {file}", file=file.name), address(name)).props('download data-test="download"')
@@ -125,7 +162,7 @@ def _shown(
     before = nominal.forward(found.nominal_q)[:, :3, 3]
     points = pictures.millimetres(before)
     shift = pictures.millimetres(found.shift[:, :3])
-    texts = [f"{t.name}: {fixed(float(e), 2)} mm" for t, e in zip(found.targets, error, strict=True)]
+    texts = [f"{retold(t.name)}: {fixed(float(e), 2)} mm" for t, e in zip(found.targets, error, strict=True)]
     with ui.row().classes("w-full gap-3 no-wrap max-md:flex-wrap"):
         with card(_("In space"), _("Targets, and where they are sent instead, {times} times as long.", times=_TIMES)):
             traces: list[dict[str, Any]] = [pictures.cloud(points, pictures.BLUE, texts, 5),
@@ -133,7 +170,7 @@ def _shown(
             ui.plotly(pictures.scene([*traces, *pictures.arm(nominal, found.nominal_q[0])])).classes("w-full")
         with card(_("Targets")):
             rows = [
-                {"target": t.name, "line": t.line, "error": round(float(e), 3),
+                {"target": retold(t.name), "line": t.line, "error": round(float(e), 3),
                  "turn": round(float(np.abs(from_si(found.q[k] - found.nominal_q[k], "deg")).max()), 4)}
                 for k, (t, e) in enumerate(zip(found.targets, error, strict=True))
             ]  # fmt: skip

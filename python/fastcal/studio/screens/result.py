@@ -22,9 +22,9 @@ from fastcal.robot.robot_spec import Spec
 from fastcal.said import said
 from fastcal.studio import pictures
 from fastcal.studio.files import address
-from fastcal.studio.project import ROBOT
+from fastcal.studio.project import ROBOT, TEST
 from fastcal.studio.screens.plan import POSES
-from fastcal.studio.shell import card, command_line, job_bar, onward, told
+from fastcal.studio.shell import card, command_line, job_bar, onward, refuse, told
 from fastcal.studio.state import Studio
 
 CALIBRATION, DIAGNOSIS = "calibration", "diagnosis"
@@ -48,6 +48,9 @@ def build(studio: Studio) -> None:
     with card(_("Run"), hint):
         with ui.row().classes("items-end gap-4"):
             source = ui.select(data, value=data[0], label=_("Measurements")).classes("w-56")
+            tests = {"": _("none"), **{name: name for name in data}}
+            test = ui.select(tests, value=TEST if TEST in data and data[0] != TEST else "", label=_("Test poses"))
+            test.classes("w-40").props('data-test="test"')
             effects = ui.input(_("Effects"), value=project.answers.get("effects", "geometry")).classes("w-72")
             ui.button(_("Calibrate"), on_click=lambda: run_it("calibrate", CALIBRATION)).props('data-test="calibrate"')
             ui.button(_("Diagnose: what is missing?"), on_click=lambda: run_it("diagnose", DIAGNOSIS)).props(
@@ -60,6 +63,12 @@ def build(studio: Studio) -> None:
             options = {"effects": effects.value} if task == "calibrate" else {}
             words = [task, ROBOT, source.value, "-o", out]
             words += ["--effects", effects.value] if options and effects.value != "geometry" else []
+            if test.value == source.value:
+                refuse(_("the test poses are those of the fit: choose others, or none"))
+                return
+            if test.value:
+                options["test"] = test.value
+                words += ["--test", test.value]
             with told():
                 project.answer("effects", effects.value)
                 studio.start(SCREEN, titles[task], task, robot=ROBOT, data=source.value, out=out, **options)
