@@ -40,7 +40,7 @@ from fastcal.calibration.processes import workers
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.decorrelation import decorrelated
-from fastcal.diagnosis.library import effect_has_moment
+from fastcal.diagnosis.variants import effect_has_moment
 from fastcal.io.atomic import write_text
 
 SNR = (3.0, 60.0)

@@ -9,7 +9,13 @@ there, which nobody can know beforehand; `single` are the medians over the level
 chosen once for all, and fastcal are off, in times the best. "Undetermined": fastcal says that these motions do not show
 X, because what it holds or what it knows is more than UNKNOWN.
 
-    python bench/python/bench_kinhec.py [--tracks outliers,motion] [--data FOLDER] [--seed S] [--out FILE]
+`--joints`: in `robot_error` the joint positions are known too, and fastcal identifies the arm, which no solver of poses
+can. Two stations of three are fitted, by fastcal with the nominal arm and the camera's poses, and by Shah's with
+Levenberg and Marquardt; what counts is how far the predicted positions of the camera at the other stations are from
+the true ones, mm, the mean of a session and the median of a level.
+
+    python bench/python/bench_kinhec.py [--tracks outliers,motion] [--data FOLDER] [--seed S] [--repeats N] [--joints]
+        [--out FILE]
 
 `pip install kinhec` first; without it nothing is measured. --data keeps the sessions, which take minutes to simulate.
 """
@@ -26,7 +32,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal import _core
+from fastcal import _core, calibrate
 from fastcal.cells.calibrate import CellResult, calibrate_cell
 from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.pose_arm import pose_arm, pose_joints
@@ -34,6 +40,7 @@ from fastcal.cells.readings import Readings
 from fastcal.errors import FastcalError
 from fastcal.io.atomic import write_text
 from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
 from fastcal.robot.core_model import pose
 
 FloatArray = NDArray[np.float64]
@@ -78,17 +85,65 @@ def is_undetermined(found: CellResult, name: str) -> bool:
     return found.status != "converged" or not known or bool(found.unidentifiable)
 
 
-def sessions(folder: Path, tracks: list[str], seed: int | None) -> list[Any]:
-    """KinHEC's sessions of the tracks, simulated into a folder that does not hold them yet."""
+def predicted(session: Any) -> tuple[float, float] | None:
+    """How far fastcal with joints, and Shah's with Levenberg and Marquardt, are from the camera at stations left out.
+
+    [mm], means; None where a fit fails.
+    """
+    from kinhec import solvers
+    from kinhec.robots import get_robot
+
+    arm = get_robot(session.manifest["robot"])
+    names = ("theta_offset", "d", "a", "alpha", "q_min", "q_max")
+    theta, d, a, alpha, low, high = (np.asarray(getattr(arm, name)) for name in names)
+    joints = [
+        {"type": "revolute"}
+        | {f"{key}_deg": float(np.degrees(of[i])) for key, of in (("theta", theta), ("alpha", alpha))}
+        | {"d_mm": 1e3 * float(d[i]), "a_mm": 1e3 * float(a[i])}
+        | {"min_deg": float(np.degrees(low[i])), "max_deg": float(np.degrees(high[i]))}
+        for i in range(arm.dof)
+    ]
+    spec = {"name": arm.name, "kinematics": {"standard": "dh", "modified": "mdh"}[arm.convention], "joints": joints}
+    A, B = session.axyb_poses()
+    seen = session.camera.has_measurement
+    q, true = session.robot.q_meas[seen], session.axyb_poses(use_gt=True)[1][seen][:, :3, 3]
+    rest = np.arange(len(q)) % 3 == 2
+    fit = ~rest
+    try:
+        data = Dataset.from_arrays(q[fit], position=B[fit][:, :3, 3].copy(), rotation=quaternions(B[fit]))
+        there = calibrate(load_robot(spec), data).model.forward(q[rest])[:, :3, 3]
+    except FastcalError:
+        return None
+    X, Y = solvers.refine_lm_axyb(A[fit], B[fit], *solvers.shah(A[fit], B[fit]))
+    theirs = (np.linalg.inv(Y)[np.newaxis] @ A[rest] @ X)[:, :3, 3]
+    return tuple(1e3 * float(np.mean(np.linalg.norm(of - true[rest], axis=1))) for of in (there, theirs))
+
+
+def with_joints(every: list[Any]) -> list[dict[str, Any]]:
+    """Of each level of `robot_error`: sessions, and the medians of `predicted`."""
+    found: dict[str, list[tuple[float, float]]] = {}
+    for session in every:
+        if session.manifest["track"] == "robot_error" and (of := predicted(session)) is not None:
+            found.setdefault(session.manifest["level"], []).append(of)
+    return [
+        {"level": level, "sessions": len(of)}
+        | dict(zip(("mm", "shah_lm_mm"), np.median(of, axis=0).tolist(), strict=True))
+        for level, of in found.items()
+    ]
+
+
+def sessions(folder: Path, tracks: list[str], seed: int | None, repeats: int = 1) -> list[Any]:
+    """KinHEC's sessions of the tracks, simulated into a folder that does not hold them yet; `repeats` times as many."""
     import yaml
     from kinhec.io import load_manifest, load_sequence
     from kinhec.pipeline import generate_dataset
     from kinhec.plans import load_tier
 
-    place = folder / f"{_TIER}-{seed}-{'-'.join(tracks)}"
+    place = folder / f"{_TIER}-{seed}-{'-'.join(tracks)}-x{repeats}"
     if not (place / "done").exists():
         tier = load_tier(_TIER)
         tier.pop("_path")
+        tier["repeats_multiplier"] = repeats
         if seed is not None:
             tier["global_seed"] = seed
         file = folder / "tier.yaml"
@@ -169,13 +224,15 @@ def main() -> int:
     parser.add_argument("--tracks", default=",".join(TRACKS))
     parser.add_argument("--data", type=Path, help="the folder that keeps the sessions")
     parser.add_argument("--seed", type=int, help="draws other sessions; default: KinHEC's own")
+    parser.add_argument("--repeats", type=int, default=1, help="times as many sessions a level")
+    parser.add_argument("--joints", action="store_true", help="robot_error with joint positions")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     if importlib.util.find_spec("kinhec") is None:
         print("skipped: kinhec is not installed (pip install kinhec)")
         return 0
     with tempfile.TemporaryDirectory() as folder:
-        every = sessions(given.data or Path(folder), given.tracks.split(","), given.seed)
+        every = sessions(given.data or Path(folder), given.tracks.split(","), given.seed, given.repeats)
         found = [of for of in map(judged, every) if of is not None]
     rows = level_rows(found)
     print(f"{len(found)} sessions; X off by, median of each level")
@@ -191,10 +248,18 @@ def main() -> int:
     for track, times in alone.items():
         told = ", ".join(f"{name} {shift:.2f}" for name, (shift, _) in sorted(times.items(), key=lambda of: of[1]))
         print(f"{track}: shift, times the best at each level, median: {told}")
+    record: dict[str, Any] = {"tier": _TIER, "seed": given.seed, "repeats": given.repeats}
+    record |= {"levels": rows, "single": alone}
+    if given.joints:
+        record["with_joints"] = with_joints(every)
+        for row in record["with_joints"]:
+            print(
+                "with joints: {level:40} {sessions} sessions, fastcal {mm:.3f}, Shah, LM {shah_lm_mm:.3f} mm".format(
+                    **row
+                )
+            )
     if given.out is not None:
-        write_text(
-            given.out, json.dumps({"tier": _TIER, "seed": given.seed, "levels": rows, "single": alone}, indent=1) + "\n"
-        )
+        write_text(given.out, json.dumps(record, indent=1) + "\n")
     return 0
 
 

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from fastcal import Robot
 from fastcal.diagnosis import Diagnosis
-from fastcal.diagnosis.library import Hypothesis, build_library
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import build_library
 from fastcal.effects.entries import build_effects, edge_name, edge_unit
 from fastcal.effects.values import written_parameters
 from fastcal.measurements.dataset import Dataset

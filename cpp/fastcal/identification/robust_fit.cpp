@@ -16,6 +16,7 @@ constexpr int kMaxRounds = 30;
 constexpr int kMaxOuterRounds = 30;
 constexpr double kLoadsSettled = 1e-8;     // of a plausible size
 constexpr double kLeastFreedom = 1.0 / 3;  // of the degrees of freedom must stay when outliers are dropped
+constexpr double kStay = 0.9;              // of the rows that are kept must stay when loads are computed anew
 constexpr double kNoiseTolerance = 0.01;   // relative, of the rows that are kept
 constexpr int kRoundsOfReturn = 10;        // in which a dropped row may come back; later, some would for ever
 constexpr double kStepConverged = 3e-5;    // standard deviations: as far as a solve comes
@@ -54,6 +55,7 @@ bool RobustFit::settle_loads() {
   for (int round = 0; round < kMaxOuterRounds; ++round) {
     const Eigen::VectorXd before = at(fit_.theta, fit_.free);
     fit_.bring_to_equilibrium();
+    if (loses_rows()) refit(LossKind::kHuber, fit_.options.solver);
     refit(fit_.loss, fit_.options.solver);
     const Eigen::VectorXd moved = (at(fit_.theta, fit_.free) - before).cwiseQuotient(fit_.free_scale);
     if (moved.cwiseAbs().maxCoeff() < kLoadsSettled || deviations(moved) < kStepConverged) return true;
@@ -61,6 +63,15 @@ bool RobustFit::settle_loads() {
   converged_ = false;
   message_ = "loads and deflections did not settle in " + std::to_string(kMaxOuterRounds) + " outer iterations";
   return false;
+}
+
+bool RobustFit::loses_rows() {
+  if (fit_.loss == LossKind::kNone || fit_.kept.empty()) return false;
+  const std::vector<bool> now = explained_rows(fit_);
+  const auto count = [](const std::vector<bool>& rows) {
+    return static_cast<double>(std::count(rows.begin(), rows.end(), true));
+  };
+  return count(now) < kStay * count(fit_.kept);
 }
 
 double RobustFit::deviations(const Eigen::VectorXd& step) const {

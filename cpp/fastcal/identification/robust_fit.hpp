@@ -35,6 +35,10 @@ class RobustFit {
  private:
   /// Loads and parameters in turn, at the noise that was found; false where they do not come to rest.
   bool settle_loads();
+
+  /// Do many of the rows that are kept fit no more, with loads and frames as they are now? A redescending loss would
+  /// leave them out for good.
+  bool loses_rows();
   /// Length of a step of the free parameters (scaled), in standard deviations of what was measured.
   double deviations(const Eigen::VectorXd& step) const;
   /// polish() where neither loads, priors nor bounds are: steps of Newton, the last with the factor of the report.

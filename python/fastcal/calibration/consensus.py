@@ -85,7 +85,7 @@ class Rows:
         N, tiny = self.count, np.finfo(float).tiny
         freedom = 3 * k - self.rank
         n, m = np.maximum(freedom, 1), np.maximum(3 * (N - k), 1)
-        total = 0.5 * n * np.log(np.maximum(inside, tiny) / n) + 0.5 * self.rank * np.log(k)
+        total = 0.5 * n * np.log(np.maximum(inside, tiny) / n) + 0.5 * self.rank * np.log(np.maximum(k, 1))
         total += np.where(k < N, 0.5 * m * np.log(np.maximum(outside, tiny) / m), 0.0)
         log_factorial = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, N + 1)))])
         total += log_factorial[N] - log_factorial[k] - log_factorial[N - k]
@@ -103,6 +103,23 @@ class Rows:
         squares = self.squares(chosen, held)
         off = np.sqrt((squares * ~chosen).sum(axis=1) / np.maximum(3 * (~chosen).sum(axis=1), 1))
         return np.asarray(off >= GROSS * self._noise(chosen, squares))
+
+    def contradict(self, chosen: BoolArray, held: float) -> bool:
+        """Are the others off by GROSS times the noise of the rows chosen (N,), beyond what these can't say of them?
+
+        A fit to the rows of one station leaves those of another anywhere. With A the normal matrix of the rows chosen
+        and J_i of another row, its error e_i has the covariance s^2 (1 + J_i A^-1 J_i^T).
+        """
+        J = self.reduced[chosen].reshape(-1, self.columns)
+        A = J.T @ J + max(held, self._least) * np.eye(self.columns)
+        x = -np.linalg.solve(A, self.pull[chosen].sum(axis=0))
+        others = self.reduced[~chosen]
+        off = self.residual[~chosen] + others @ x
+        spread = np.eye(3) + others @ np.linalg.solve(A, others.reshape(-1, self.columns).T).T.reshape(
+            len(others), 3, self.columns
+        ).transpose(0, 2, 1)
+        squares = np.einsum("ni,ni->n", off, np.linalg.solve(spread, off[..., np.newaxis])[..., 0])
+        return bool(np.sqrt(squares.mean() / 3) >= GROSS * self.noise(chosen, held))
 
     def most_probable(self, squares: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Of the sets of the k smallest `squares` (S, N) that with the least S: S (S,) and its rows (S, N)."""
@@ -158,4 +175,4 @@ def agreeing_rows(rows: Rows, kept: BoolArray, noise: float) -> BoolArray | None
             break
     left = rows.squares(kept[np.newaxis], loose)[0]
     own = rows.score(left[kept].sum(), left[~kept].sum(), np.asarray(kept.sum()))
-    return found if rows.are_gross(found[np.newaxis], loose)[0] and score < own - MARGIN else None
+    return found if not found.all() and rows.contradict(found, loose) and score < own - MARGIN else None

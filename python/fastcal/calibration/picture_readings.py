@@ -98,7 +98,7 @@ class View:
 def _flat_poses(camera: Spec, board: Spec, uv: FloatArray, seen: IntArray) -> tuple[IntArray, FloatArray]:
     """Rows among `seen` (M,) and T_camera_board (M, 4, 4) of a board taken as flat; none of points in space."""
     flat = {**board, "bend_mm": None}
-    if np.ptp(board_corners(flat)[:, 2]) > 0:
+    if not len(seen) or np.ptp(board_corners(flat)[:, 2]) > 0:
         return np.zeros(0, dtype=np.intp), np.zeros((0, 4, 4))
     rows, T = board_poses(camera, flat, uv[seen].reshape(len(seen), -1), slice(0, uv.shape[1]))
     return seen[rows], T

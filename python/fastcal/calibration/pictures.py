@@ -44,10 +44,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 JUDGED = 5.0  # times better than as it is, in px
+TURNED = 20.0  # times better in another order of corners, in its own row: no other posture draws that
 ABOUT = 4.0  # times the median picture: an arm as it is drawn misses some pictures by more than others
 SECOND = "corner_again"  # of a data set: second pictures of a camera and board in their rows
 FEWEST = 4  # pictures of a camera and a board, from which a few can be told from the many
 _LISTED = 12  # rows that a sentence names
+_MOSTLY = 0.8  # of pictures that are of other rows: when so many are as many rows off, they slipped
 _OTHER_END = "it was read from its other end, rotated by 180 degrees; its corners are renumbered"
 _MIRRORED = "its corners are in mirrored order; they are renumbered"
 
@@ -356,7 +358,11 @@ def _placed(found: Sequence[Picture], drawn: FloatArray, order: Sequence[IntArra
     out = []
     for of, picture in zip(rms, found, strict=True):
         own, best = of[:, picture.row], float(of.min())
-        if best * JUDGED > own[0] or best > ABOUT * usual:
+        is_far = best > ABOUT * usual
+        if is_far and own.min() * TURNED < own[0] and own.min() < min(TURNED * usual, 2 * best):
+            out.append(replace(picture, order=int(np.argmin(own))))
+            continue
+        if best * JUDGED > own[0] or is_far:
             out.append(picture)
             continue
         way, posture = divmod(int(np.argmin(of)), len(drawn))
@@ -379,9 +385,10 @@ def _of_other_rows(shown: str, rows: IntArray, fits: IntArray, done: str) -> str
     if all(pairs.get(j) == i for i, j in pairs.items()):
         told = " and ".join(f"{i} and {j}" for i, j in pairs.items() if i < j)
         return f"{shown}: the pictures of rows {told} are exchanged; {done}"
-    steps = np.unique(rows - fits)
-    if len(steps) == 1:
-        by = "to the next row" if steps[0] == 1 else f"by {steps[0]} rows"
+    steps, counts = np.unique(rows - fits, return_counts=True)
+    if counts.max() > _MOSTLY * len(rows):  # the last of a table may have come round to its beginning
+        step = steps[np.argmax(counts)]
+        by = "to the next row" if step == 1 else f"by {step} rows"
         fitted = f"they fit the postures of {rows_in_words(fits)}"
         return f"{shown}: the pictures of {rows_in_words(rows)} slipped {by}: {fitted}; {done}"
     told = ", ".join(f"{i} the posture of {j}" for i, j in list(pairs.items())[:_LISTED])

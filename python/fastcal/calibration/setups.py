@@ -7,6 +7,10 @@ point t_m for each mount. In turns: B_s by W. Kabsch, "A solution for the best r
 (1976), over the rows of a station; t_m by linear least squares over those of a mount, without what all B_s may move.
 The first station and mount are base and tool, the others parameters of `station_offset` and `tool_shift`:
 exp(log(B_1^-1 B_s)) and R_tool^T (t_m - t_1).
+
+A target whose orientation M_i is measured may turn from mount to mount as well: X_m, with R_m the rotation nearest to
+the sum of (R_s R_i)^T M_i over its rows, and `tool_shift` of a pose, exp(log(X_1^-1 X_m)). Its tool points begin at
+those of a rigid fit of each mount's rows (`alignment.align`): R_m may be any.
 """
 
 from __future__ import annotations
@@ -18,9 +22,10 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.arrays import FloatArray, IntArray
+from fastcal.calibration.alignment import align
 from fastcal.effects.entries import parse_effects
 from fastcal.measurements.dataset import Dataset
-from fastcal.measurements.rotations import best_motion
+from fastcal.measurements.rotations import best_motion, nearest_rotation, rotations
 from fastcal.robot import se3
 from fastcal.robot.core_model import pose
 from fastcal.robot.identified_spec import with_frames
@@ -56,12 +61,23 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
     frames = _flange(bare, data.q[rows])
     p = data.position[rows]
     tool = pose(spec["tool"])
-    bases, tools, apart = _fit(frames, p, code["station_offset"], code["tool_shift"], tool[:3, 3])
+    near = _tool_points(bare, data, rows, *code.values())
+    bases, tools, left = _fit(frames, p, code["station_offset"], code["tool_shift"], near)
+    setup = np.unique(np.column_stack(list(code.values())), axis=0, return_inverse=True)[1].ravel()
+    apart = np.maximum(_medians(left, setup), np.median(left))
+    turns = _turns(frames, data, rows, bases[code["station_offset"], :3, :3], code["tool_shift"])
+    turned = turns is not None and given.get("tool_shift", {"target": "pose"}).get("target") == "pose"
+    if turned and turns is not None:
+        tool[:3, :3] = turns[0]
 
     def are_one(effects: set[str]) -> bool:
         """Does one base, or one tool, serve all labels of these effects, the others' set-ups apart?"""
+        if turned and "tool_shift" in effects:
+            return False
         one = {name: np.zeros_like(numbers) if name in effects else numbers for name, numbers in code.items()}
-        return bool(_fit(frames, p, one["station_offset"], one["tool_shift"], tool[:3, 3])[2] <= FAR * apart)
+        start = near[:1] if "tool_shift" in effects else near
+        left = _fit(frames, p, one["station_offset"], one["tool_shift"], start)[2]
+        return bool(np.all(_medians(left, setup) <= FAR * apart))
 
     open_ = {name for name in code if name not in given}
     # Either may do where stations and mounts changed together: then both are added.
@@ -71,7 +87,7 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
     out = with_frames(out, bases[0], start) if needed or set(given) & set(code) else out
     for effect, labels, values in (
         ("station_offset", stations, _offsets(bases)),
-        ("tool_shift", mounts, _shifts(tools, tool[:3, :3])),
+        ("tool_shift", mounts, _shifts(tools, turns if turned else None, tool[:3, :3])),
     ):
         if labels is None or (effect not in given and effect not in needed):
             continue
@@ -80,6 +96,7 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
         if entry is None:
             owner = "base" if effect == "station_offset" else "tool"
             entry = {"effect": effect, "owner": owner, option: list(names)}
+            entry |= {"target": "pose"} if turned and effect == "tool_shift" else {}
             out["effects"] = [*(out.get("effects") or []), entry]
         if not entry.get("parameters"):
             entry["parameters"] = {name: {"value": value, "std": None} for name, value in values.items()}
@@ -98,6 +115,8 @@ def added_setups(start: Robot, robot: Robot, effects: str | Sequence[str]) -> li
             of = (
                 said("stations {listed}: each has a base of its own", listed=listed)
                 if is_station
+                else said("mounts {listed}: each has a tool of its own, turned as well", listed=listed)
+                if entry.get("target") == "pose"
                 else said("mounts {listed}: each has a tool point of its own", listed=listed)
             )
             out.append(said("{of} ({effect}), as one does not fit all rows", of=of, effect=entry["effect"]))
@@ -135,17 +154,71 @@ def _flange(bare: Robot, q: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(bare.T_world_base) @ T @ np.linalg.inv(bare.T_flange_tool))
 
 
+def _medians(values: FloatArray, group: IntArray) -> FloatArray:
+    """(G,) of the values of each group."""
+    return np.array([np.median(values[group == g]) for g in range(int(group.max()) + 1)])
+
+
+def _tool_points(bare: Robot, data: Dataset, rows: IntArray, station: IntArray, mount: IntArray) -> FloatArray:
+    """Tool points (M, 3) to begin at: the robot file's; where orientations are measured, of a fit of each by itself."""
+    points = np.tile(pose(bare.spec["tool"])[:3, 3], (int(mount.max()) + 1, 1))
+    if data.rotation is None or len(points) == 1:
+        return points
+    for m in range(len(points)):
+        most = np.bincount(station[mount == m]).argmax()
+        found = align(bare, data.select(rows[(mount == m) & (station == most)]))
+        if found.found:
+            points[m] = np.asarray(found.T_flange_tool)[:3, 3]
+    return points
+
+
+def _turns(
+    frames: FloatArray, data: Dataset, rows: IntArray, R_base: FloatArray, mount: IntArray
+) -> FloatArray | None:
+    """(M, 3, 3) of the target on the flange at each mount; None where one does for all, or none is measured."""
+    if data.rotation is None or mount.max(initial=0) == 0:
+        return None
+    seen = np.isfinite(data.rotation[rows]).all(axis=1)
+    if np.bincount(mount[seen], minlength=int(mount.max()) + 1).min() < _FEWEST:
+        return None
+    on_flange = (R_base @ frames[:, :3, :3])[seen].transpose(0, 2, 1) @ rotations(data.rotation[rows[seen]])
+    mount = mount[seen]
+    own = np.array([_middle(on_flange[mount == m]) for m in range(int(mount.max()) + 1)])
+    one = _middle(on_flange)
+    apart = np.median(_angles(own[mount], on_flange))
+    far = max(float(np.median(_angles(one, on_flange[mount == m]))) for m in range(len(own)))
+    return own if far > FAR * apart else None
+
+
+def _middle(R: FloatArray) -> FloatArray:
+    """The rotation (3, 3) that most of R (N, 3, 3) are near to: of their mean, but for those far from it."""
+    used = np.ones(len(R), dtype=bool)
+    for _ in range(_ROUNDS):
+        middle = nearest_rotation(R[used].mean(axis=0))
+        angle = _angles(middle, R)
+        again = angle <= _GROSS * max(float(np.median(angle)), _PATIENCE)
+        if (again == used).all():
+            break
+        used = again
+    return middle
+
+
+def _angles(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(N,) sizes of a^T b, rotations (..., 3, 3) [rad]."""
+    return np.asarray(2 * np.arcsin(np.minimum(np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8), 1.0)))
+
+
 def _fit(
-    frames: FloatArray, p: FloatArray, station: IntArray, mount: IntArray, tool: FloatArray
-) -> tuple[FloatArray, FloatArray, float]:
-    """Bases (S, 4, 4), tool points (M, 3) and the median error that they leave [m]."""
-    tools = np.tile(tool, (int(mount.max()) + 1, 1))
+    frames: FloatArray, p: FloatArray, station: IntArray, mount: IntArray, near: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Bases (S, 4, 4), tool points (M, 3), from those `near`, and the errors (N,) that they leave [m]."""
+    tools = near.copy()
     bases = np.tile(np.eye(4), (int(station.max()) + 1, 1, 1))
     before, sound = np.inf, np.ones(len(p), dtype=bool)
     for _ in range(_ROUNDS):
         at = frames[:, :3, 3] + np.einsum("nij,nj->ni", frames[:, :3, :3], tools[mount])
         for s in range(len(bases)):
-            bases[s] = _agreeing_pose(at[station == s], p[station == s])
+            bases[s] = _agreeing_pose(at[station == s], p[station == s], bases[0, :3, :3])
         left = p - np.einsum("nij,nj->ni", bases[station, :3, :3], at) - bases[station, :3, 3]
         length = np.linalg.norm(left, axis=1)
         # Gross points would turn a base, and with it what all others say of the tool.
@@ -155,13 +228,16 @@ def _fit(
         if abs(before - error) < _PATIENCE:
             break
         before = error
-    return bases, tools, error
+    return bases, tools, length
 
 
-def _agreeing_pose(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The pose (4, 4) that takes points a (N, 3) to b, but for points that are far off the others' (trimmed Kabsch)."""
+def _agreeing_pose(a: FloatArray, b: FloatArray, R: FloatArray) -> FloatArray:
+    """The pose (4, 4) that takes points a (N, 3) to b, but for points that are far off the others' (trimmed Kabsch).
+
+    About a line on which all of them lie it turns as the rotation R does.
+    """
     used = np.ones(len(a), dtype=bool)
-    T = best_motion(a, b)
+    T = best_motion(a, b, R)
     for _ in range(_ROUNDS):
         length = np.linalg.norm(b - a @ T[:3, :3].T - T[:3, 3], axis=1)
         limit = max(_GROSS * float(np.median(length)), float(np.sort(length)[min(_FEWEST, len(length)) - 1]), _PATIENCE)
@@ -169,7 +245,7 @@ def _agreeing_pose(a: FloatArray, b: FloatArray) -> FloatArray:
         if (again == used).all():
             break
         used = again
-        T = best_motion(a[used], b[used])
+        T = best_motion(a[used], b[used], R)
     return T
 
 
@@ -183,7 +259,7 @@ def _tools(
     A = np.zeros((len(p), 3, 3 * count))
     for m in range(count):
         A[mount == m, :, 3 * m : 3 * m + 3] = turned[mount == m]
-    for s in range(int(station.max()) + 1):
+    for s in np.unique(station):
         own = station == s
         A[own] -= A[own].mean(axis=0)
         left[own] -= left[own].mean(axis=0)
@@ -205,13 +281,17 @@ def _offsets(bases: FloatArray) -> dict[str, float]:
     return out
 
 
-def _shifts(tools: FloatArray, R_tool: FloatArray) -> dict[str, float]:
-    """Parameters of tool_shift, edge units."""
-    return {
-        f"mount{m}_{name}_mm": from_si(float((R_tool.T @ (t - tools[0]))[axis]), "mm")
-        for m, t in enumerate(tools[1:], start=2)
-        for axis, name in enumerate(_AXES)
-    }
+def _shifts(tools: FloatArray, turns: FloatArray | None, R_tool: FloatArray) -> dict[str, float]:
+    """Parameters of tool_shift, edge units: along the first tool's axes, with `turns` (M, 3, 3) the twist from it."""
+    out: dict[str, float] = {}
+    for m, t in enumerate(tools[1:], start=2):
+        v, w = R_tool.T @ (t - tools[0]), np.zeros(3)
+        if turns is not None:
+            v, w = _log(np.linalg.inv(se3.pose(turns[0], tools[0])) @ se3.pose(turns[m - 1], t))
+        out |= {f"mount{m}_{name}_mm": from_si(float(v[axis]), "mm") for axis, name in enumerate(_AXES)}
+        if turns is not None:
+            out |= {f"mount{m}_r{name}_rad": float(w[axis]) for axis, name in enumerate(_AXES)}
+    return out
 
 
 def _log(T: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -15,37 +15,28 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.calibration.data_notes import unseen_directions
 from fastcal.calibration.kind_errors import KindErrors
-from fastcal.calibration.kind_noise import noise_by_kind, noise_record, scaled
+from fastcal.calibration.kind_noise import noise_record, scaled
 from fastcal.calibration.lens_start import started_lenses
-from fastcal.calibration.parameter_limits import bounds_of
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
-from fastcal.calibration.unknowns import CORNERS, unknowns_found
-from fastcal.cells.asked import asked_parameters, priors
-from fastcal.cells.axis_noise import noise_of_axes, with_axis_noise
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
-from fastcal.cells.evidence import SharedNoise, settled
+from fastcal.cells.evidence import SharedNoise
+from fastcal.cells.fit import Fit, never_worse
 from fastcal.cells.placements import Placement, placements
-from fastcal.cells.pose_noise import settled_poses
 from fastcal.cells.readings import Readings
 from fastcal.cells.records import JOINTS, cell_record, way_records
-from fastcal.cells.rig_start import RigStart, judged_readings, rig_start
+from fastcal.cells.rig_start import judged_readings, rig_start
 from fastcal.cells.start import started
 from fastcal.display.shown import PlottedCell
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.errors import InvalidInput
 from fastcal.measurements.kinds import KindNoise
-from fastcal.monitoring.picture_check import NUMBERS
 from fastcal.robot.identified_spec import Solution
-from fastcal.robot.rig import pictures
 from fastcal.said import said
 from fastcal.units import factor, from_si
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
-
-_ENOUGH = 10  # numbers a parameter: with more the geometry is left free without a look
-_WIDE = 3.0  # plausible sizes within which the geometry is held before the readings say how much
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,34 +157,12 @@ def calibrate_cell(
     readings = judged_readings(cell, readings, mend=mend)
     start, used, wrong = started(cell, readings)
     places = rig_start(start, used)
-    asked = asked_parameters(start, readings, effects=effects, arms=arms)
-    few = _numbers_of(start, used) < _ENOUGH * len(asked)
-    has_joints = not all(arm.of_poses for arm in start.arms)
-    sizes = _WIDE if few and has_joints else None
     report("identifying")
-    found = _identified(start, used, asked, places, sizes, loss, threads)
-    measured = used.measured(start)
-    solution: Solution = found
-    model = there(start, measured, found)
-    noise = noise_by_kind(measured, found)
-    kept = np.setdiff1d(np.arange(len(used)), found.outliers)
-    weighed, by_axis = with_axis_noise(used, view_errors(model, used.pick(kept)))
-    if by_axis and found.status == "converged":
-        found = _identified(start, weighed, asked, places, sizes, loss, threads)
-        measured = weighed.measured(start)
-        solution, model = found, there(start, measured, found)
-        noise = noise_of_axes(noise, weighed, by_axis)
-    shared = None
-    if has_joints and (few or CORNERS in used.tables) and found.status == "converged":
-        report("weighing what the joints repeat to")
-        known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
-        solution, shared = settled(start, weighed.pick(kept), found, known, threads)
-        model = there(start, measured, solution)
-    elif any(arm.of_poses for arm in start.arms) and found.status == "converged":
-        poses = settled_poses(start, used.pick(kept), found, priors(start, asked, measured.parameters, sizes), threads)
-        if poses is not None:
-            solution, model = poses, there(start, measured, poses)
-    model = replace(model, records=way_records(model, readings, threads))
+    fit = Fit.of(start, used, places, effects=effects, arms=arms, loss=loss, threads=threads, report=report)
+    fit, status, message, held = never_worse(fit, report)
+    found, solution, noise, shared, measured = fit.found, fit.solution, fit.noise, fit.shared, fit.measured
+    model = replace(fit.model, records=way_records(fit.model, readings, threads))
+    readings = replace(readings, notes=(*readings.notes, *held))
     names = [full_name(parameter) for parameter in found.parameters]
     own = len(start.core.nominal)
     if found.status == "converged":
@@ -208,8 +177,8 @@ def calibrate_cell(
     return CellResult(
         cell=model,
         nominal=before,
-        status=found.status,
-        message=found.message,
+        status=status,
+        message=message,
         parameters=parameter_table(
             solution, found.parameters, np.asarray(start.model.start), range(own, len(start.model.start))
         ),
@@ -231,47 +200,11 @@ def calibrate_cell(
     )
 
 
-def _identified(
-    cell: Cell, readings: Readings, asked: list[int], places: RigStart, sizes: float | None, loss: str, threads: int
-) -> _core.Identification:
-    measured = readings.measured(cell)
-    given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
-    given["unknowns"] = places.of(measured.parameters)
-    given |= priors(cell, asked, measured.parameters, sizes).options
-    given |= (
-        bounds_of(cell.model.parameters, len(measured.parameters))
-        if max(asked, default=0) >= len(cell.core.nominal)
-        else {}
-    )
-    return _core.identify(cell.model, readings.samples(), measured, **given)
-
-
-def there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:
-    """The cell as it was identified."""
-    unknowns = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
-    return cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, *unknowns)
-
-
 def record_of(noise: dict[str, KindNoise], shared: SharedNoise | None) -> dict[str, tuple[float, str]]:
     """The noise of each kind as a record has it, and what joints repeat to."""
     if shared is None:
         return noise_record(noise)
     return noise_record(scaled(noise, shared.scale)) | {JOINTS: (from_si(shared.repeats, "deg"), "deg")}
-
-
-def _numbers_of(cell: Cell, readings: Readings) -> int:
-    """What was measured: three numbers of an orientation, and of all corners of a picture the six of its posture."""
-    out = 0
-    for name, values in readings.tables.items():
-        known = ~np.isnan(values)
-        if name.startswith("rotation"):
-            out += 3 * int(known.all(axis=1).sum())
-        elif name == CORNERS:
-            seen = [known[:, 2 * of.start : 2 * of.stop].sum(axis=1) for of in pictures(cell).values()]
-            out += int(np.minimum(seen, NUMBERS).sum())
-        elif not name.startswith("sigma"):
-            out += int(known.sum())
-    return out
 
 
 def parameter_table(

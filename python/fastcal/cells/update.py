@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.cells.calibrate import CellResult, parameter_table, there
+from fastcal.cells.calibrate import CellResult, parameter_table
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, view_errors
+from fastcal.cells.fit import there
 from fastcal.cells.known_fit import KnownFit, known_record
 from fastcal.cells.readings import Readings
 from fastcal.cells.records import cell_record, updated_records

@@ -16,9 +16,9 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.calibration.kind_errors import KindErrors
-from fastcal.cells.calibrate import there
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json
+from fastcal.cells.fit import there
 from fastcal.cells.known_fit import MOVED, KnownFit, Settled, known_record, suspects
 from fastcal.cells.readings import Readings
 from fastcal.cells.rig_start import judged_readings

@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.cells.asked import arms_between, with_effects
+from fastcal.cells.asked import with_effects
 from fastcal.cells.calibrate import CellResult, calibrate_cell
 from fastcal.cells.cell import Arm, Cell
 from fastcal.cells.errors import view_errors
+from fastcal.cells.never_worse import arms_to_blame, cost, worse_sights
 from fastcal.cells.readings import Readings
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
 from fastcal.effects.traits import Traits
@@ -35,8 +36,6 @@ _HELD_NOTE = (
     "model.yaml has {arms} {kept}: with more the cell predicts what was held out of {views} worse than with all arms "
     "as their files say"
 )
-_FAR = 10.0  # medians of the plain cell's errors: what is farther counts as that far, so that gross rows do not decide
-_CHANCE = 2.0  # standard errors of a mean square's difference, below which one kind of a view is no worse
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,25 +143,10 @@ class _HeldOut:
         return out
 
 
-def _squares(view: str, errors: dict[str, FloatArray], first: dict[str, FloatArray]) -> FloatArray:
-    """(n,) of what was read of a view, none farther than _FAR medians of the `first` errors."""
-    own = errors[view][np.isfinite(errors[view])]
-    return np.asarray(np.minimum(own, _FAR * float(np.nanmedian(first[view]))) ** 2)
-
-
-def _cost(views: Collection[str], errors: dict[str, FloatArray], first: dict[str, FloatArray]) -> float:
-    """-2 log likelihood of some views, the noise of each kind being what its errors are."""
-    kinds: dict[str, list[FloatArray]] = {}
-    for view in views:
-        kinds.setdefault(view.partition("@")[0], []).append(_squares(view, errors, first))
-    every = [np.concatenate(parts) for parts in kinds.values()]
-    return sum(len(squares) * float(np.log(max(squares.mean(), 1e-300))) for squares in every if len(squares))
-
-
 def _best(errors: dict[str, dict[str, FloatArray]]) -> str:
     """What predicts best postures it was not fitted to; "", what was found, where none is clearly better."""
     first = next(iter(errors.values()))
-    costs = {name: _cost(first.keys(), of, first) for name, of in errors.items()}
+    costs = {name: cost(first.keys(), of, first) for name, of in errors.items()}
     best = min(costs, key=lambda name: costs[name])
     count = sum(int(np.isfinite(of).sum()) for of in first.values())
     return best if costs[best] < costs[""] + count * np.log(_LESS) else ""
@@ -181,37 +165,21 @@ def _no_worse(
         errors: Those of `of`.
     """
     everyone = frozenset(arm.name for arm in of.cell.arms)
-    moving = {sight: arms_between(plain, sight) for sight in {view.partition("@")[2] for view in frames}}
     held, worse = frozenset[str](), set[str]()
-    while now := _worse(errors, frames) - worse:
+    while now := worse_sights(errors, frames) - worse:
         worse |= now
-        own, others = (frozenset().union(*(moving[each] for each in sights)) for sights in (now, moving.keys() - worse))
-        held |= (own - others) or own
+        held |= arms_to_blame(plain, frames.keys(), now, worse)
         arms = tuple(plain.arm(arm.name) if arm.name in held else arm for arm in of.cell.arms)
         without = replace(of, cell=replace(of.cell, arms=arms))
         as_said = replace(without, arms=everyone - held)
         for tried in (without, as_said) if _entries(without.cell) < _entries(of.cell) else (as_said,):
             of, errors = tried, held_out.errors(tried)
-            if not _worse(errors, frames):
+            if not worse_sights(errors, frames):
                 break
     if not worse:
         return of, []
     kept = "without what was found of it" if of.arms is None else "as its file says"
     return of, [_HELD_NOTE.format(arms=" and ".join(sorted(held)), kept=kept, views=", ".join(sorted(worse)))]
-
-
-def _worse(errors: dict[str, FloatArray], frames: dict[str, FloatArray]) -> set[str]:
-    """Sights, TARGET:SENSOR, that are predicted worse than by frames alone, as a whole or, beyond chance, in a kind."""
-    sights: dict[str, list[str]] = {}
-    for view in frames.keys() & errors.keys():
-        sights.setdefault(view.partition("@")[2], []).append(view)
-    out = set()
-    for sight, views in sights.items():
-        lost = [_squares(view, errors, frames) - _squares(view, frames, frames) for view in views]
-        beyond = any(of.mean() > _CHANCE * of.std() / np.sqrt(len(of)) for of in lost if len(of))
-        if beyond or _cost(views, errors, frames) > _cost(views, frames, frames):
-            out.add(sight)
-    return out
 
 
 def _without_curves(arm: Arm, before: Arm) -> Arm:

@@ -49,7 +49,11 @@ def calibrate(
     mend: Mend = False,
     hand_eye: HandEyes = None,
     effects: Annotated[
-        str, typer.Option(metavar="LIST", help="Effects to identify; base and tool are always identified.")
+        str,
+        typer.Option(
+            metavar="LIST",
+            help="Effects to identify beside base, tool, cameras and boards; none: these alone, with the arm as it is.",
+        ),
     ] = "geometry",
     method: Annotated[Method, typer.Option(help="Minimization method.")] = "nls",
     solver: Annotated[

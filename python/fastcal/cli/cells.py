@@ -41,6 +41,7 @@ def calibrate_cell(
     from fastcal.cells.calibrate import calibrate_cell as calibrated
     from fastcal.cells.cameras import cell_hand_eyes
     from fastcal.cli.hand_eye import check_hand_eyes, write
+    from fastcal.effects.entries import NOTHING
     from fastcal.importers.corners import load_seen_readings
     from fastcal.io.folder import check_folder
     from fastcal.io.tree_file import load_cell
@@ -50,7 +51,7 @@ def calibrate_cell(
     check_hand_eyes(hand_eye)
     refuse(given)
     nominal = load_cell(cell)
-    asked = effects != "geometry"
+    asked = effects not in ("geometry", NOTHING)
     nominal = with_effects(nominal, effects) if asked else nominal
     if hand_eye:
         cell_hand_eyes(nominal)  # says so where there is no sensor
@@ -58,7 +59,8 @@ def calibrate_cell(
     other = None if test is None else load_seen_readings(test, nominal, corners[1])
     with progress() as show:
         options: dict[str, Any] = {"mend": mend, "loss": loss, "threads": threads, "progress": show}
-        found = calibrated(nominal, readings, test=other, effects=asked, **options)
+        arms = () if effects == NOTHING else None
+        found = calibrated(nominal, readings, test=other, effects=asked, arms=arms, **options)
         show("writing the report")
         write_cell_calibration(found, output, language=language)
     warn([*found.notes, *([found.held] if found.held else [])])
@@ -71,7 +73,7 @@ def calibrate_cell(
     if found.test is not None:
         _say_kinds(found.test, "test: ")
     if hand_eye and found.parameters:
-        write(cell_hand_eyes(found.cell, found.parameters), hand_eye)
+        write(cell_hand_eyes(found.cell, found.parameters), found.parameters, hand_eye)
     _end(found, output)
 
 

@@ -96,6 +96,7 @@ def write_detection(
         InvalidInput: No picture shows a board; what was found in each is said all the same.
     """
     from fastcal.camera.detection import detect as detected
+    from fastcal.camera.other_size import other_size
     from fastcal.errors import InvalidInput
     from fastcal.io.atomic import atomic_paths
     from fastcal.io.tables import csv_text, read_table
@@ -108,9 +109,12 @@ def write_detection(
         for picture in found.pictures:
             say(f"{picture.path.name}: {picture.told}")
         first = found.pictures[0]
-        raise InvalidInput(
-            f"no board was found in any of {len(found.pictures)} pictures; {first.path.name}: {first.told}"
-        )
+        show("no board was found: looking for one of another size")
+        shown = other_size([picture.path for picture in found.pictures if picture.boards], cell.boards)
+        shown = shown or f"{first.path.name}: {first.told}"
+        raise InvalidInput(f"no board was found in any of {len(found.pictures)} pictures; {shown}")
+    if part := other_size([next(of.path for of in found.pictures if of.count)], cell.boards, larger=True):
+        warn([part])
     show("writing the page")
     with atomic_paths([output, output.with_suffix(".html")]) as (table_file, page_file):
         table_file.write_text(csv_text(columns), encoding="utf-8", newline="\n")

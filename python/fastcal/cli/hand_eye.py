@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from fastcal.cli.console import say
 
 if TYPE_CHECKING:
     from fastcal.calibration.calibrate import CalibrationResult
+    from fastcal.calibration.result import IdentifiedParameter
     from fastcal.robot.hand_eye import HandEye
     from fastcal.robot.robot import Robot
 
@@ -32,14 +34,17 @@ def write_hand_eyes(result: CalibrationResult, paths: Sequence[Path]) -> None:
     from fastcal.robot.hand_eye import hand_eyes
 
     if paths and result.parameters:
-        write(hand_eyes(result.model.description), paths)
+        write(hand_eyes(result.model.description), result.parameters, paths)
 
 
-def write(found: Sequence[HandEye], paths: Sequence[Path]) -> None:
-    """The cameras into each file, which together are there or not."""
+def write(found: Sequence[HandEye], parameters: Sequence[IdentifiedParameter], paths: Sequence[Path]) -> None:
+    """The cameras into each file, which together are there or not; `parameters`: all that was identified with them."""
     from fastcal.io.atomic import atomic_paths
     from fastcal.io.hand_eye_file import hand_eye_texts
+    from fastcal.place import place_of
 
+    is_of_model = any(place_of(p.owner).kind == "joint" for p in parameters)
+    found = [replace(of, of_model=is_of_model) for of in found]
     texts = {path: text for given in paths for path, text in hand_eye_texts(found, given).items()}
     with atomic_paths(list(texts)) as temporaries:
         for temporary, text in zip(temporaries, texts.values(), strict=True):

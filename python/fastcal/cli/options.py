@@ -107,8 +107,10 @@ Rule = Literal["least", "one_standard_error"]
 
 def left_out_geometry(effects: str) -> list[str]:
     """A note where a list of effects leaves the geometry as it is, which few mean; no note where it is asked for."""
+    from fastcal.effects.entries import NOTHING
+
     asked = [name.strip() for name in effects.split(",") if name.strip()]
-    if not asked or "geometry" in asked:
+    if not asked or "geometry" in asked or asked == [NOTHING]:
         return []
     return [
         f"--effects {effects} leaves the geometry as ROBOT has it: base, tool and these effects alone are identified; "

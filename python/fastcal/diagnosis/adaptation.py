@@ -24,7 +24,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.gap import GapStep, KindGap
 from fastcal.diagnosis.held_out import HeldOut
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.noise_scales import noise_by_kind
 from fastcal.diagnosis.problem import core_entry
 from fastcal.diagnosis.result import AdaptedModel, NamedValue

@@ -20,7 +20,7 @@ from fastcal.diagnosis import generic
 from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Curves, Generic
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.priors import moves_nothing
 from fastcal.diagnosis.problem import ONE, Problem
 from fastcal.diagnosis.projection import score_tests, score_tests_beside

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.repeatability import pose_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.place import place_of
 from fastcal.robot.se3 import inverse
 

@@ -32,10 +32,11 @@ from fastcal.calibration.unknowns import unknowns_by_owner
 from fastcal.diagnosis import priors, rules
 from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.fit_algebra import above, columns_of, inverse_triangle, solved
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.problem import Linearization, Problem
 from fastcal.diagnosis.projection import basis, root
 from fastcal.diagnosis.starting_values import carried, first_guess
+from fastcal.effects.entries import traits_of
 from fastcal.robot.robot import Spec
 
 FloatArray = NDArray[np.float64]
@@ -137,6 +138,21 @@ class Fit:
                 return slice(at, at + len(effect.parameters))
             at += len(effect.parameters)
         raise KeyError(name)
+
+    @cached_property
+    def of_setups(self) -> list[int]:
+        """Indices, among all of the model's, of what says where stations and mounts stand; none: there is one of each.
+
+        Base and tool are those of the first.
+        """
+        out: list[int] = []
+        at = self.problem.own
+        for entry, effect in zip(self.entries, self.model_effects, strict=True):
+            if traits_of(entry["effect"]).labels:
+                out += range(at, at + len(effect.parameters))
+            at += len(effect.parameters)
+        ends = [i for i in range(self.problem.own) if self.model.parameters[i].owner in ("base", "tool")]
+        return [*ends, *out] if out else []
 
     @cached_property
     def model_effects(self) -> list[_core.Effect]:

@@ -18,7 +18,8 @@ from fastcal.diagnosis import adaptation, grading, rivals, sensitivity, unexplai
 from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.heavy_tails import weighed
-from fastcal.diagnosis.library import Hypothesis, Library, build_library
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import Library, build_library
 from fastcal.diagnosis.many_rows import on_all_rows
 from fastcal.diagnosis.memory import with_memory_named
 from fastcal.diagnosis.noise import (

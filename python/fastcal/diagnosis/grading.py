@@ -16,7 +16,8 @@ from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.held_out import folds
 from fastcal.diagnosis.held_out_gains import beyond, gains
-from fastcal.diagnosis.library import SLOW, Hypothesis, is_excluded, load_of_form, other_forms, with_number
+from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
+from fastcal.diagnosis.library import is_excluded
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike
@@ -26,6 +27,7 @@ from fastcal.diagnosis.result import NamedValue
 from fastcal.diagnosis.scans import at_best_load
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.diagnosis.variants import load_of_form, other_forms, with_number
 from fastcal.effects.entries import effect_names
 from fastcal.place import place_of
 

@@ -12,14 +12,16 @@ from fastcal.calibration.shrinkage import MOST, WORTH, errors_size
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.problem import Problem
 
+SHOWN = 10.0  # plausible sizes: ways known no better `calibrate` holds at nominal (GaugeOptions::practical_limit)
 
-def arm_size(last: Fit) -> float | None:
+
+def arm_size(last: Fit, within: float = MOST) -> float | None:
     """The arm's errors as a fit shows them, in plausible sizes (`shrinkage`); None where the rows fix it well without.
 
     With S what the measured numbers tell of the arm, all else open (Schur's complement), and P the deviations of the
     priors, a fit that ends at x has seen S x + P^-2 x, which is drawn from N(0, S + S s^2 S). What names in the fit
-    explain is no error of the arm; what the fit leaves counts as noise. Ways that the arm could go farther than MOST
-    sizes unseen say nothing.
+    explain is no error of the arm; what the fit leaves counts as noise. Ways that the arm could go farther than
+    `within` sizes unseen say nothing.
     """
     own, every = last.problem.own, last.model.parameters
     arm = [k for k, i in enumerate(last.free) if i < own and every[i].owner not in ("base", "tool")]
@@ -31,7 +33,7 @@ def arm_size(last: Fit) -> float | None:
     x = (last.theta - np.append(last.model.start, last.problem.unknowns))[indices] / size
     covariance = last.covariance[np.ix_(arm, arm)] / np.outer(size, size)
     told, ways = np.linalg.eigh(np.linalg.inv(covariance) - np.diag(prior))
-    seen = told > MOST**-2.0
+    seen = told > within**-2.0
     told, ways = told[seen], ways[:, seen]
     noise = (_left(last) / last.problem.noise.factor) ** 2
     found, spared = errors_size(ways.T @ x + (ways.T @ (prior * x)) / told, np.diag(noise / told))

@@ -7,7 +7,8 @@ With A the whitened rows with their priors, F the fitted rows of the other folds
 Geometry that is pulled beside curves is pulled to what the other folds alone make of it without the curves: its fit to
 all rows has seen the fold.
 Every measured row is predicted, also those that the fit leaves out: a model may not win by leaving out what it misses.
-Where a place is that none of the fitted rows touch, its own rows say (`touched_places`).
+Where a place is that none of the fitted rows touch, its own rows say (`touched_places`), and so they do where a station
+or a mount stands of which the fitted rows are the lesser part: who moves an instrument places it anew.
 A gross row counts, but decides nothing: beyond LOSS_SIZE typical rows its loss grows with its size and no more with the
 square (P. Huber 1964).
 """
@@ -47,6 +48,7 @@ REGIONS = "regions"  # of the workspace, another one
 PLACES = "places"  # sockets, balls or planes that are touched, each held out whole: a third one
 _RIDGE = 1e-10  # on unit columns: for those that the others span
 _UNSEEN = 1e-9  # of the squares of a unit column, by rows that do not show it: rounding
+_LESSER = 0.5  # of the squares of a unit column of a station or mount
 
 
 def folds(problem: Problem, owner: str | None = None) -> NDArray[np.intp]:
@@ -173,6 +175,8 @@ class HeldOut:
         self._is_pulled[: len(at.free)] = np.isfinite(at.pull[at.free])
         self._of_places = np.zeros(A.shape[1], dtype=bool)
         self._of_places[: len(at.free)] = np.array(at.free) >= len(at.model.parameters)
+        self._of_setups = [k for k, i in enumerate(at.free) if i in at.of_setups]
+        self._whole = whole - np.diag(self._prior**2)
         self._beside = [i for name in at.added if name.traits.role == "curve" for i in at.columns(name)]
         self._beside += range(len(at.free), A.shape[1])
         self._slack = np.ones(A.shape[1])  # of a prior and a pull, the prior's part
@@ -202,10 +206,26 @@ class HeldOut:
             out, step = self._numbers[k], np.zeros(A.shape[1])
             right = whole - g[k] + self._prior**2 * centres[k]
             step[kept] = _solved(self._others[k], right, kept)
-            own = self._of_places & (np.diag(self._others[k]) - self._prior**2 < _UNSEEN)
-            return beside_own(left[out] - B[out] @ step, B[out][:, own])
+            return beside_own(left[out] - B[out] @ step, B[out] @ self._said_by_own_rows(k))
 
         return np.concatenate(each(of_fold, range(rules.FOLDS)))
+
+    def _said_by_own_rows(self, k: int) -> FloatArray:
+        """(p, n) moves of places and set-ups that a fold's own rows say, in columns: the others hardly show them.
+
+        Of stations and mounts those v of base, tool and what these are off in another set-up that have
+        v' N_others v < LESSER v' N v: without the rows of the first station no other one shows where the base is.
+        """
+        others = self._others[k] - np.diag(self._prior**2)
+        unseen = np.flatnonzero(self._of_places & (np.diag(others) < _UNSEEN))
+        out = np.eye(len(others))[:, unseen]
+        if not self._of_setups:
+            return out
+        among = np.ix_(self._of_setups, self._of_setups)
+        share, ways = linalg.eigh(others[among], self._whole[among] + _RIDGE * np.eye(len(self._of_setups)))
+        moves = np.zeros((len(others), int(np.sum(share < _LESSER))))
+        moves[self._of_setups] = ways[:, share < _LESSER]
+        return np.hstack([out, moves])
 
     def rms(self, rows: BoolArray, kind: Kind, fitted: FloatArray) -> float:
         """RMS of the error of held-out readings of a kind, SI, over rows (N,); NaN where none of them has any.

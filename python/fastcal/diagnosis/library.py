@@ -4,129 +4,25 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from fastcal import _core
-from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.options_from_data import with_origins
-from fastcal.diagnosis import rules
-from fastcal.diagnosis.reasons import CauseLabel
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.variants import VARIANTS, effect_has_moment, with_lags
 from fastcal.effects import registered
-from fastcal.effects.entries import (
-    build_effects,
-    conditions_read,
-    effect_names,
-    effect_owners,
-    identity,
-    identity_at_any_moment,
-    label,
-    position_option,
-    traits_of,
-)
-from fastcal.effects.traits import Traits, filled
+from fastcal.effects.entries import build_effects, conditions_read, effect_names, effect_owners, label, traits_of
+from fastcal.effects.traits import filled
 from fastcal.errors import InvalidInput
-from fastcal.measurements.conditions import build_samples, condition_columns
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import place_of, source_of
 from fastcal.robot.robot import Robot, Spec
-from fastcal.units import from_si
 
-Key = tuple[str, str]
 Exclusion = tuple[str, str | None]  # an effect and its owner; None: all of them
 
-# Moments of a step that are tried before the best is searched for.
-STEP_MOMENTS = 24
-# Waves of an instrument's range over the distances that were measured, at most.
-RANGE_CYCLES = 60.0
-SLOW = frozenset(["time_s", "temperature_c"])  # what an effect depends on that changes slowly
 _NOT_SCREENED = ("nuisance", "curve", "scanned", "on request")  # roles: blocks without a name stand for the curves
-_SMALL = (0.005, 0.02, 0.06)  # of the largest load of a joint
-_NO_LOAD = 1e-9  # [N m or N] rounding about an upright axis
-_SEARCHED = (
-    "at_s",
-    "at_row",
-    "at_deg",
-    "at_mm",
-    "lag_s",
-    "period_mm",
-    "tau_s",
-    "width_nm",
-)  # options that a search finds, beside a wave's order
-
-_PLACES_OF_STEPS = ("at_s", "at_row", "rows", "at_deg", "at_mm")
-
-
-@dataclass(frozen=True, eq=False)
-class Hypothesis:
-    """One cause that could be missing, as an entry of a robot file with its parameters at 0.
-
-    Attributes:
-        entry: {effect, owner, options}.
-        variant: Tells apart entries of one effect and owner (orders, corners, moments); "" where there is but one.
-        has_its_moment: Is it a step at its own moment alone, beside others of its effect and owner? Else the moment is
-            searched for, and whatever the moment, the cause is one.
-    """
-
-    entry: Spec
-    variant: str = ""
-    has_its_moment: bool = False
-
-    @property
-    def effect(self) -> str:
-        """Name of the effect."""
-        return str(self.entry["effect"])
-
-    @property
-    def owner(self) -> str:
-        """Its owner."""
-        return str(self.entry["owner"])
-
-    @property
-    def key(self) -> Key:
-        """Effect and owner."""
-        return self.effect, self.owner
-
-    @property
-    def traits(self) -> Traits:
-        """What its effect states about itself."""
-        return traits_of(self.effect)
-
-    @cached_property
-    def cause(self) -> tuple[Any, ...]:
-        """Equal for two names of one cause: waves of two orders are two, steps at two moments mostly one."""
-        return identity(self.entry) if self.has_its_moment else identity_at_any_moment(self.entry)
-
-    @property
-    def is_start(self) -> bool:
-        """Is it one of several starts of a search, of a corner or a moment, for the same cause?"""
-        bare = {"effect": self.effect, "owner": self.owner}
-        return bool(self.variant) and self.cause == identity_at_any_moment(bare)
-
-    @property
-    def bare(self) -> Spec:
-        """Its entry without when or where it steps."""
-        return {key: value for key, value in self.entry.items() if key not in _PLACES_OF_STEPS}
-
-    @property
-    def searched(self) -> int:
-        """Numbers that are searched for outside the fit and count as its parameters: a moment, an order."""
-        order = self.entry.get("order", rules.WAVE_ORDERS[0])
-        return sum(option in self.entry for option in _SEARCHED) + int(order not in rules.WAVE_ORDERS)
-
-    @property
-    def label(self) -> CauseLabel:
-        """As it is written and spoken of."""
-        return CauseLabel(self.effect, self.owner, self.variant)
-
-    def __repr__(self) -> str:
-        return str(self.label)
 
 
 @dataclass(frozen=True)
@@ -195,15 +91,6 @@ def needs(effect: str, owner: str, *, columns: bool) -> str:
     return filled((traits.needs_data if columns else "") or traits.shown_by, owner)
 
 
-def scanned(effect: str, owner: str, robot: Robot, data: Dataset) -> list[Hypothesis]:
-    """The grid of an effect that a scan looks for; empty where the data lack what it reads."""
-    bare: Spec = {"effect": effect, "owner": owner}
-    try:
-        return list(_VARIANTS[traits_of(effect).searched](bare, robot, data))
-    except InvalidInput:
-        return []
-
-
 def _check_measured(effect: str, name: str, robot: Robot, data: Dataset) -> None:
     """Raises InvalidInput where times, or an instrument that measures lengths, are what the data lack for an effect."""
     if data.kinds and traits_of(effect).place == "instrument" and not measurements(data, robot).shows_scale:
@@ -218,7 +105,7 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[H
     traits = traits_of(effect)
     _check_measured(effect, label(bare), robot, data)
     if traits.searched:
-        yield from _VARIANTS[traits.searched](bare, robot, data)
+        yield from VARIANTS[traits.searched](bare, robot, data)
         return
     if traits.without_masses and (not without_masses(robot) or np.ptp(data.payload) > 0):
         raise InvalidInput(f"{effect} is for robots without masses, beside a compliance where payloads show it")
@@ -235,190 +122,9 @@ def _entries(effect: str, owner: str, robot: Robot, data: Dataset) -> Iterator[H
             raise InvalidInput(f"{effect} needs the column {column}")
     yield Hypothesis(entry)
     if "lag_s" in traits.among_parameters and data.time is not None:
-        yield from _late(entry, data.time)
-
-
-def other_forms(entry: Spec, robot: Robot, data: Dataset) -> list[Hypothesis]:
-    """The other laws that an effect states of itself, such as `side=load`, for the owner of an entry.
-
-    Those that the robot can't have and whose columns the data lack are none.
-    """
-    out = []
-    for form in traits_of(entry["effect"]).forms:
-        law, _, load = form.partition(":")
-        option, _, value = law.partition("=")
-        bare = {"effect": entry["effect"], "owner": entry["owner"], option: value}
-        try:
-            effect = build_effects([bare], robot.core)[0]
-            lacking = [c for c in effect.data_columns if getattr(data, c.rstrip("0123456789"), None) is None]
-            if lacking or entry.get(option) == value:
-                continue
-            bare = with_origins(bare, robot, data)
-        except InvalidInput:
-            continue
-        sizes = _loads_met(bare["owner"], robot, data) if load else []
-        out += [with_number(bare, load, size, law) for size in sizes] or [Hypothesis(bare, law)]
-    return out
-
-
-def load_of_form(name: Hypothesis) -> tuple[str, str]:
-    """(law, option) of a name whose form holds a load that is tried over those met; ("", "") where none does."""
-    for form in name.traits.forms:
-        law, _, load = form.partition(":")
-        if load and load in name.entry:
-            return law, load
-    return "", ""
-
-
-def _loads_met(owner: str, robot: Robot, data: Dataset) -> list[float]:
-    """Small loads [N m or N] about a joint, by those met; empty where there is none.
-
-    A gap whose flank changes over more of them is a compliance by another name: `grading.other_forms_that_do` asks.
-    """
-    core, joint = robot.core, place_of(owner).index
-    model = _core.ErrorModel(core, [])
-    samples = build_samples([], [], core, data.q, condition_columns(data))
-    axis = 5 if robot.joint_types[joint] == "revolute" else 2
-    size = np.abs(np.asarray(model.loads(samples, model.start))[:, 2 * joint + 1, axis])
-    most = float(size.max(initial=0.0))
-    return [share * most for share in _SMALL] if most > _NO_LOAD else []
-
-
-def _corners(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
-    """Places where a compliance may bend; the critical load itself follows from the loads of a fit."""
-    for corner in rules.CORNER_QUANTILES:
-        yield Hypothesis({**bare, "corner": corner}, f"corner={corner}")
-
-
-def _late(entry: Spec, time: FloatArray) -> Iterator[Hypothesis]:
-    """The same with heat that reaches the metal late."""
-    for share in rules.LAG_SHARES:
-        lag = float(f"{share * np.ptp(time):.4g}")
-        if lag > 0:
-            yield Hypothesis({**entry, "lag_s": lag}, f"lag_s={lag:g}")
-
-
-def effect_has_moment(effect: str) -> bool:
-    """Is it there from a moment on?"""
-    return traits_of(effect).searched == "at_s"
-
-
-def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
-    """Moments over the rows of the data; the search goes on from the best of them to the best between two rows."""
-    for at in _places_of_steps(order_of_rows(data), f"{label(bare)} needs more moments"):
-        yield from_moment(bare, at, data)
-
-
-def _places_of_steps(values: FloatArray, too_few: str) -> list[float]:
-    """Values between which a step may lie, spread evenly over the rows, enough rows on either side of each."""
-    inner = np.unique(values)[rules.MIN_ROWS_BESIDE_STEP : -rules.MIN_ROWS_BESIDE_STEP]
-    if len(inner) == 0:
-        raise InvalidInput(too_few)
-    places = np.unique(np.linspace(0, len(inner) - 1, STEP_MOMENTS).round().astype(int))
-    return [float(at) for at in inner[places]]
-
-
-def order_of_rows(data: Dataset) -> FloatArray:
-    """(N,) when each row was measured [s], or its place in the order where no row has a time."""
-    if data.time is not None:
-        return data.time
-    return np.asarray(np.arange(len(data)) if data.row is None else data.row, dtype=np.float64)
-
-
-def from_moment(bare: Spec, at: float, data: Dataset) -> Hypothesis:
-    """A step at a time [s], or at a row where no row has one."""
-    if data.time is not None:
-        return Hypothesis({**bare, "at_s": at}, f"at_s={at:.6g}")
-    first, rows = math.ceil(at), int(order_of_rows(data).max()) + 1
-    return Hypothesis({**bare, "at_row": float(first), "rows": float(rows)}, f"at_row={first}")
-
-
-def from_the_beginning(bare: Spec, data: Dataset) -> Hypothesis:
-    """A step before all rows: a shift of them."""
-    return from_moment(bare, -math.inf if data.time is not None else 0.0, data)
-
-
-def jumps_with_posture(effect: str) -> bool:
-    """Does the position of another joint decide when it jumps?"""
-    return traits_of(effect).searched == "at_deg"
-
-
-def _positions(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
-    """Positions of the joint that decides; the search goes on from the best of them to the best between two rows."""
-    positions = data.q[:, source_of(bare["owner"]).index]
-    for at in _places_of_steps(positions, f"{label(bare)} needs more positions"):
-        yield from_position(bare, at, robot)
-
-
-def from_position(bare: Spec, at: float, robot: Robot) -> Hypothesis:
-    """A jump where the joint that decides stands at [rad or m]."""
-    option, unit = position_option(robot.joint_types[source_of(bare["owner"]).index])
-    number = from_si(at, unit)
-    return Hypothesis({**bare, option: number}, f"{option}={number:.5g}")
-
-
-def _periods(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
-    """Waves over the distance from the instrument, half a resolution apart."""
-    if data.position is None:
-        raise InvalidInput(f"{label(bare)} needs points")
-    distance = np.linalg.norm(data.position, axis=1)
-    span = float(np.nanmax(distance) - np.nanmin(distance))
-    for cycles in np.arange(1.0, RANGE_CYCLES, 0.5) if span > 0 else ():
-        yield with_number(bare, "period_mm", from_si(span / cycles, "mm"))
-
-
-def _time_constants(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
-    entry = with_origins(bare, robot, data)
-    if data.time is None or not np.ptp(data.time) > 0:
-        raise InvalidInput(f"{label(bare)} needs the column time_s")
-    for share in rules.SETTLING_SHARES:
-        yield with_number(entry, "tau_s", share * float(np.ptp(data.time)))
-
-
-def _lags(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
-    """Heat that comes at once, and late."""
-    if data.temperature is None or not np.ptp(data.temperature) > 0:
-        raise InvalidInput(f"{label(bare)} needs the column temperature_c")
-    entry = with_origins(bare, robot, data)
-    yield Hypothesis(entry)
-    if data.time is not None:
-        yield from _late(entry, data.time)
-
-
-def with_number(entry: Spec, option: str, value: float, law: str = "") -> Hypothesis:
-    """An entry with what a search finds, four digits of it; `law` is the form that it is a number of."""
-    number = float(f"{value:.4g}")
-    return Hypothesis({**entry, option: number}, f"{law}{':' * bool(law)}{option}={number:g}")
-
-
-def _waves(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
-    return harmonics(bare, robot, data, rules.WAVE_ORDERS)
-
-
-def harmonics(bare: Spec, robot: Robot, data: Dataset, orders: Collection[float]) -> Iterator[Hypothesis]:
-    """A wave of each order of which at least half a period fits into both the joint's limits and the data's range."""
-    joint = place_of(bare["owner"]).index
-    span = float(np.ptp(data.q[:, joint]))
-    for order in orders:
-        if order >= 1 and order * span > math.pi:
-            entry = {**bare, "order": float(order)}
-            try:
-                yield Hypothesis(with_origins(entry, robot, data), f"order={order:g}")
-            except InvalidInput:
-                continue
+        yield from with_lags(entry, data.time)
 
 
 def without_masses(robot: Robot) -> bool:
     """Does the robot file say nothing of what the arm weighs?"""
     return not any(joint.mass_kg > 0 for joint in robot.joints)
-
-
-_VARIANTS: dict[str, Callable[[Spec, Robot, Dataset], Iterator[Hypothesis]]] = {
-    "order": _waves,
-    "at_s": _steps,
-    "at_deg": _positions,
-    "critical": _corners,
-    "lag_s": _lags,
-    "period_mm": _periods,
-    "tau_s": _time_constants,
-}

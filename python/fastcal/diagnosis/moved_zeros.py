@@ -17,10 +17,11 @@ import numpy as np
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.decorrelation import decorrelated
-from fastcal.diagnosis.library import Hypothesis, effect_has_moment, order_of_rows
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, Reason
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.diagnosis.variants import effect_has_moment, order_of_rows
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_name
 

@@ -18,7 +18,7 @@ import numpy as np
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import periodic, rules
 from fastcal.diagnosis.decorrelation import decorrelated
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.periodic import is_periodic, scan
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.place import place_of

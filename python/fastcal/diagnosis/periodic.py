@@ -22,9 +22,11 @@ from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.held_out import fold_of
-from fastcal.diagnosis.library import Hypothesis, harmonics, is_excluded
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import is_excluded
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.diagnosis.variants import harmonics
 from fastcal.effects.entries import curve_of, effect_names, traits_of
 from fastcal.place import joint_name, place_of
 

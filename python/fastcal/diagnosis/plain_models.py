@@ -23,9 +23,10 @@ from fastcal.diagnosis import rules, sensitivity, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.held_arm import arm_size, holding
+from fastcal.diagnosis.held_arm import SHOWN, arm_size, holding
 from fastcal.diagnosis.held_out import PLACES, REGIONS, STRETCHES, HeldOut, gain, positions
-from fastcal.diagnosis.library import Hypothesis, is_excluded, without_masses
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.reasons import HELD_ARM, NOMINAL_ARM, Because, Reason
 from fastcal.diagnosis.rivals import Model, Rivals, bare, with_entries
@@ -128,7 +129,7 @@ class Judged:
         if self.by_least_squares:
             arm = said("{arm}, by least squares of all rows", arm=arm)
         better = said("no richer model has a clearly smaller error on held-out poses")
-        if self.lead > 0:
+        if round(self.lead, 2) > 0:
             better = said(
                 "it reduces the mean square error on held-out poses by {share:.0%}",
                 share=float(self.lead),
@@ -158,8 +159,8 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     something `remains` curves are tried too, and one standard error decides; so it always does for what only holds the
     arm, which is simpler, and for the very effects that were found, as smooth as they are among all joints, of which
     none was picked. Else MIN_GAIN of them; MIN_SEARCHED_GAIN for laws of some joints, since the best of many parts
-    seems to gain by chance, and UNNAMED_LEAD for curves. Where something remains and rows fix the arm badly, what is
-    written must lead the one held near nominal by MIN_SEARCHED_GAIN; names that explain all need not. Of touches of
+    seems to gain by chance, and UNNAMED_LEAD for curves. Where rows fix the arm badly, what is written must lead the
+    one held near nominal by MIN_SEARCHED_GAIN, as `calibrate` holds it; names that explain all need not. Of touches of
     unknown places nothing is written that predicts places held out worse than the best of the arms held near nominal.
     """
     own = judged(found, is_plain=False)
@@ -173,11 +174,21 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)
-    simple = None if rivals.arm_size is None or not remains else _simplest(plain, own)
+    simple = _simplest(plain, own) if _is_badly_fixed(rivals, found, remains=remains) else None
     if simple is not None and not chosen.is_as_simple and not _beats(chosen, simple, rules.MIN_SEARCHED_GAIN):
         chosen = simple  # few rows, or many of one place, may be met by any model
     chosen = no_worse_elsewhere(chosen, plain)
     return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
+
+
+def _is_badly_fixed(rivals: Rivals, found: Model, *, remains: bool) -> bool:
+    """Do rows fix the arm badly? Where names explain all these need not lead; where nothing is missing, as `calibrate`.
+
+    Ways that hardly show are made up for by base and tool, unless something missing pulls the arm along them.
+    """
+    if rivals.arm_size is None or remains:
+        return rivals.arm_size is not None
+    return not found.state.names and arm_size(rivals.search.start.fit, SHOWN) is not None
 
 
 def _simplest(plain: Sequence[Judged], own: Judged) -> Judged:

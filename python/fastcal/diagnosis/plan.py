@@ -14,7 +14,8 @@ import numpy as np
 from fastcal.calibration.simulation import simulate
 from fastcal.diagnosis import sensitivity, words
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Hypothesis, Untestable, build_library, parse_exclusions
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import Untestable, build_library, parse_exclusions
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import CauseLabel
 from fastcal.diagnosis.result import DetectableEffect

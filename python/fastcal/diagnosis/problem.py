@@ -23,7 +23,8 @@ from fastcal.calibration.tall import moved
 from fastcal.calibration.touched_places import touched_places
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.diagnosis.generic import Known
-from fastcal.diagnosis.library import Exclusion, Hypothesis, without_masses
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import Exclusion, without_masses
 from fastcal.diagnosis.postures import Postures, joint_repeatability, posture_rows
 from fastcal.effects.entries import build_effects, effect_names, effect_owners, traits_of
 from fastcal.measurements.conditions import build_samples, condition_columns

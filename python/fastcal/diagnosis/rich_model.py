@@ -20,7 +20,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, Columns, blocks, columns_at
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.generic import Generic
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.noise_scales import with_own_scales
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.robust_rows import RichFit, without_outliers

@@ -27,7 +27,7 @@ from scipy import stats
 from fastcal.arrays import FloatArray
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.result import Finding, NamedValue
 from fastcal.diagnosis.rig_library import RigCause, rig_causes

@@ -18,7 +18,7 @@ from fastcal.calibration.alignment import measurements
 from fastcal.calibration.levers import levers
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.unknowns import of_corners
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.rig_library import RigCause
 from fastcal.measurements.dataset import Dataset

@@ -22,7 +22,8 @@ from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_arm import arm_size, holding
 from fastcal.diagnosis.held_out import HeldOut, folds, gain, is_better, lead, positions, squares, wins
-from fastcal.diagnosis.library import Hypothesis, without_masses
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import without_masses
 from fastcal.diagnosis.noise import left_out
 from fastcal.diagnosis.periodic import forward
 from fastcal.diagnosis.problem import Noise, Problem

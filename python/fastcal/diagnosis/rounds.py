@@ -9,11 +9,12 @@ from dataclasses import replace
 
 from fastcal.diagnosis import periodic, rivals, rules, scans
 from fastcal.diagnosis.decorrelation import joint_share
-from fastcal.diagnosis.library import Hypothesis, effect_has_moment
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.noise import NoiseLevel, with_estimated_noise
 from fastcal.diagnosis.noise_scales import rms_sigma
 from fastcal.diagnosis.problem import Noise, Problem
 from fastcal.diagnosis.search import Search, SearchNode
+from fastcal.diagnosis.variants import effect_has_moment
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import kinds_of, sigma_field, tables_of
 

@@ -25,22 +25,21 @@ from fastcal.diagnosis import periodic, rules
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.held_out import positions
-from fastcal.diagnosis.library import (
-    SLOW,
-    Hypothesis,
+from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
+from fastcal.diagnosis.library import is_excluded
+from fastcal.diagnosis.projection import score_tests
+from fastcal.diagnosis.step_or_condition import is_a_condition, is_placed
+from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.diagnosis.variants import (
     effect_has_moment,
     from_moment,
     from_position,
     from_the_beginning,
-    is_excluded,
     jumps_with_posture,
     order_of_rows,
     scanned,
     with_number,
 )
-from fastcal.diagnosis.projection import score_tests
-from fastcal.diagnosis.step_or_condition import is_a_condition, is_placed
-from fastcal.diagnosis.tail_probabilities import p_values
 from fastcal.effects.entries import effect_names, effect_owners, traits_of
 from fastcal.place import joint_name, source_of
 

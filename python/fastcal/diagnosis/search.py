@@ -24,7 +24,8 @@ from fastcal.diagnosis.blocks import Blocks, blocks
 from fastcal.diagnosis.doubts import is_impossible
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, lead, positions
-from fastcal.diagnosis.library import Hypothesis, Key, without_masses
+from fastcal.diagnosis.hypothesis import Hypothesis, Key
+from fastcal.diagnosis.library import without_masses
 from fastcal.diagnosis.periodic import forward, is_periodic, many_waves
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.recent import Recent

@@ -12,11 +12,13 @@ from scipy import special
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
-from fastcal.diagnosis.library import Hypothesis, Key, Library, Untestable, effect_has_moment, needs
+from fastcal.diagnosis.hypothesis import Hypothesis, Key
+from fastcal.diagnosis.library import Library, Untestable, needs
 from fastcal.diagnosis.reasons import Because, CauseLabel, Reason
 from fastcal.diagnosis.result import DetectableEffect, RankedHypothesis
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.diagnosis.variants import effect_has_moment
 from fastcal.effects.entries import build_effects, edge_name, edge_unit
 from fastcal.units import from_si
 

@@ -26,7 +26,7 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.decorrelation import decorrelated
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import Generic, orthonormal, polynomials
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.memory import log_determinant, memory, remembering, without_memory
 from fastcal.diagnosis.problem import Problem
 from fastcal.diagnosis.projection import score_tests

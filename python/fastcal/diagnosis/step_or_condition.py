@@ -17,10 +17,11 @@ from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.generic import polynomials
-from fastcal.diagnosis.library import Hypothesis, effect_has_moment, from_the_beginning, order_of_rows
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.projection import score_tests
 from fastcal.diagnosis.robust_rows import ridged_basis
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.diagnosis.variants import effect_has_moment, from_the_beginning, order_of_rows
 from fastcal.measurements.dataset import Dataset
 
 # Share of a step (of its variance) that positions, payload, stations and mounts of the rows may explain: where they

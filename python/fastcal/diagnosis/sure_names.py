@@ -16,7 +16,7 @@ import numpy as np
 from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import grading, rules
 from fastcal.diagnosis.held_out import HeldOut, gain
-from fastcal.diagnosis.library import SLOW, Hypothesis
+from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.search import Search, SearchNode
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fastcal.arrays import FloatArray
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.library import SLOW, Hypothesis
+from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.effects.entries import traits_of
 from fastcal.measurements.dataset import Dataset

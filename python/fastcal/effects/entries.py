@@ -67,16 +67,24 @@ def curve_of(place: Place) -> str:
     )
 
 
+NOTHING = "none"  # in place of a list of effects
+
+
 def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
     """All owners that a robot has for an effect, none where branches or loops rule it out; InvalidInput: not known."""
     known = registered.find(name)
     if known is not None:
         return known.owners_of(core)
     owners = list(_core.effect_owners(_known(name), core))
-    if _core_traits(name).depends_on[:1] == ("torque",):  # a joint without a motor bears none
-        owners = [owner for owner in owners if place_of(owner).index not in core.passive]
+    if _is_of_drives(_core_traits(name)):
+        owners = [of for of in owners if not any(place_of(part).index in core.passive for part in of.split("<-"))]
     is_chain = len(core.branches) <= 1 and not len(core.home)
     return owners if is_chain else [owner for owner in owners if _acts_beside_others(name, core, owner)]
+
+
+def _is_of_drives(traits: Traits) -> bool:
+    """Is an effect that of motors, gears and encoders, which passive joints lack? They have bearings."""
+    return traits.place == "joint" and traits.role == "cause" and traits.depends_on[:1] != ("load",)
 
 
 def _acts_beside_others(name: str, core: _core.RobotModel, owner: str) -> bool:
@@ -317,7 +325,8 @@ def parse_effects(
 ) -> tuple[bool, list[Spec]]:
     """Reads `geometry,joint_compliance@joint2,gear_harmonic@joint1:order=2` into (is geometry asked for, entries).
 
-    All owners of a name unless one is given. A name behind a colon is an option; numbers are read as numbers.
+    All owners of a name unless one is given. A name behind a colon is an option; numbers are read as numbers. NOTHING
+    alone asks for no more than base and tool.
 
     Args:
         text: What is asked for.
@@ -329,6 +338,8 @@ def parse_effects(
         InvalidInput: A name, owner or option is unknown.
     """
     items: Iterable[str] = text.split(",") if isinstance(text, str) else text
+    if text in (NOTHING, [NOTHING]):
+        return False, []
     geometry = False
     entries: list[Spec] = []
     for item in items:

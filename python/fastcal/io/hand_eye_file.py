@@ -79,6 +79,8 @@ def _said(found: HandEye) -> list[str]:
         out.append(
             f"Standard deviations: {', '.join(f'{v:.2g}' for v in xyz)} mm, {', '.join(f'{v:.2g}' for v in turn)} deg"
         )
+    if found.of_model:
+        out.append("Found with the arm of model.yaml; for the arm as its file says: calibrate --effects none")
     return out
 
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 
+_LINE = 1e-6  # square of what is off a line by noise, over that along it
+
 
 def quaternions(R: FloatArray) -> FloatArray:
     """Unit quaternions w, x, y, z (N, 4), w at least 0, of rotations (N, 3, 3).
@@ -51,10 +53,16 @@ def nearest_rotation(M: FloatArray) -> FloatArray:
     return np.asarray(u @ vt)
 
 
-def best_motion(p: FloatArray, x: FloatArray) -> FloatArray:
-    """The rigid motion (4, 4) of points p (N, 3) that leaves the least of |M p - x|^2 (W. Kabsch 1976)."""
+def best_motion(p: FloatArray, x: FloatArray, near: FloatArray | None = None) -> FloatArray:
+    """The rigid motion (4, 4) of points p (N, 3) that leaves the least of |M p - x|^2 (W. Kabsch 1976).
+
+    About a line of points any turn leaves as much: it is that of the rotation `near` (3, 3).
+    """
     middle_p, middle_x = p.mean(axis=0), x.mean(axis=0)
+    H = (x - middle_x).T @ (p - middle_p)
+    if near is not None:
+        H = H + _LINE * np.linalg.norm(H) * near
     motion = np.eye(4)
-    motion[:3, :3] = nearest_rotation((x - middle_x).T @ (p - middle_p))
+    motion[:3, :3] = nearest_rotation(H)
     motion[:3, 3] = middle_x - motion[:3, :3] @ middle_p
     return motion

@@ -34,6 +34,7 @@ class HandEye:
         in_hand: Does the arm carry it?
         base, effector, marker: Frames of the arm, and of the board that it saw.
         lens: Its entry in the spec; None where only poses were read.
+        of_model: Was it found with an arm that was identified too? It belongs to that arm.
     """
 
     camera: str
@@ -45,6 +46,7 @@ class HandEye:
     effector: str = "flange"
     marker: str = "board"
     lens: Mapping[str, Any] | None = None
+    of_model: bool = False
 
     @property
     def wxyz(self) -> FloatArray:

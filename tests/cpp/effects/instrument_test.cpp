@@ -23,6 +23,22 @@ TEST(ToolShift, IsAlongTheToolsAxes) {
   EXPECT_THROW(make_effect("tool_shift", flat_arm(1), "tool", {{"count", 1.0}}), InvalidInput);
 }
 
+// A screw about and along the tool's own z, by any angle: that is where the target goes.
+TEST(ToolShift, OfAPoseTurnsTheTarget) {
+  const double turn = 2.5, lift = 0.03;
+  const Options two{{"count", 2.0}, {"target", std::string("pose")}};
+  const ErrorModel model = with(flat_arm(1), {{"tool_shift", "tool", {0, 0, lift, 0, 0, turn}, two}});
+  Samples samples = posture({0.4});
+  samples.mount = Eigen::VectorXi::Zero(1);
+  const Pose first = tool(model, samples);
+  samples.mount.setConstant(1);
+  const Pose second = tool(model, samples);
+  EXPECT_LT((second.p - first.p - first.R.col(2) * lift).norm(), 1e-15);
+  const Eigen::AngleAxisd about_z(turn, Eigen::Vector3d::UnitZ());
+  EXPECT_LT((second.R - first.R * about_z.toRotationMatrix()).norm(), 1e-14);
+  EXPECT_THROW(make_effect("tool_shift", flat_arm(1), "tool", {{"target", std::string("ball")}}), InvalidInput);
+}
+
 TEST(MeasurementScale, ScalesWhatIsMeasuredAboutTheInstrument) {
   Pose base = turned_base(0.3);
   base.p = {3, -2, 0.5};

@@ -140,3 +140,43 @@ def test_a_diagnosis_begins_with_the_set_ups(arm: Robot) -> None:
     found = diagnose(arm, measured(arm, poses(["A", "B"], ["1"], 120), FAR_STATION, {}))
     assert found.verdict == "none"
     assert found.gap[0].train_rms_mm < 0.06
+
+
+def campaigns(arm: Robot, rows: tuple[int, ...], *, is_line: bool = False) -> Dataset:
+    """A six-dimensional target, remounted and turned anew in each file, the tracker elsewhere; file after file."""
+    random = np.random.default_rng(5)
+    true = perturbed(arm, seed=1)
+    parts = []
+    for k, count in enumerate(rows):
+        q = random.uniform(-2.5, 2.5, (count, 6))
+        if is_line and k == 1:
+            q[:] = q[0] + np.outer(np.linspace(0, 0.4, count), np.eye(6)[0])
+        spec = copy.deepcopy(true.spec)
+        turn = Rotation.from_euler("z", 70 * k, degrees=True) * Rotation.from_euler("x", 25 * k, degrees=True)
+        spec["base"] = {"xyz_mm": [2500 - 700 * k, 300 + 400 * k, 400], "rpy_deg": [3, 5, 100 - 40 * k]}
+        spec["tool"] = {"xyz_mm": [20 + 15 * k, 30, 80], "rpy_deg": turn.as_euler("xyz", degrees=True).tolist()}
+        poses = Dataset.from_arrays(q, station=[f"s{k}"] * count, mount=[f"m{k}"] * count)
+        parts.append(simulate(Robot(spec), poses, noise=NOISE, noise_rotation=1e-4, seed=10 + k))
+    return Dataset.concatenate(parts)
+
+
+@pytest.mark.parametrize(("rows", "is_line"), [((60, 60, 60), False), ((20, 150, 130), True)], ids=str)
+def test_a_target_that_was_turned_between_files_is_calibrated(
+    arm: Robot, rows: tuple[int, ...], is_line: bool
+) -> None:
+    """The lesser part of the rows is of the first station; about a line of points a base turns as it likes."""
+    found = calibrate(arm, campaigns(arm, rows, is_line=is_line))
+    assert found.status == "converged"
+    assert found.sigma == pytest.approx(NOISE, rel=0.15)
+    assert len(found.outliers) < 5
+    shift = next(entry for entry in found.model.spec["effects"] if entry["effect"] == "tool_shift")
+    assert shift["target"] == "pose"
+    assert any("turned as well" in note for note in found.notes)
+
+
+def test_a_diagnosis_of_files_writes_nothing_worse_than_the_geometry(arm: Robot) -> None:
+    """Held out whole, the rows of the first station say themselves where base and tool are."""
+    found = diagnose(arm, campaigns(arm, (40, 60, 60)))
+    assert found.verdict == "none"
+    assert found.plain is None
+    assert found.gap[0].held_out_rms_mm < 0.1

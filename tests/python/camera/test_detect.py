@@ -57,6 +57,24 @@ def test_pictures_become_a_table_that_calibrates_the_arm(
     assert result["train"]["kinds"]["corner"]["after"]["rms"] < 0.2
 
 
+@pytest.mark.parametrize(("more", "code"), [((1, 0), 2), ((-1, -1), 0)])
+def test_a_board_of_another_size_is_said_with_its_size(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], more: tuple[int, int], code: int
+) -> None:
+    """Of a board with a column too many nothing is found; inner corners that are counted are a part of the board."""
+    content = yaml.safe_load((folder / "cell.yaml").read_text())
+    board = content["boards"]["plate"]
+    true = {key: board[key] for key in ("columns", "rows")}
+    board |= {key: of + k for (key, of), k in zip(true.items(), more, strict=True)}
+    content["arms"]["arm"]["robot"] = str(folder / content["arms"]["arm"]["robot"])
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(content))
+    pictures = [str(folder / "shots" / f"shot_{k:02d}.png") for k in (1, 2)]
+    given = ["--cell", str(tmp_path / "cell.yaml"), "--joints", str(folder / "poses.csv")]
+    assert main(["detect", *pictures, *given, "-o", str(tmp_path / "corners.csv")]) == code
+    says = f"write kind: checkerboard, columns: {true['columns']}, rows: {true['rows']}, which count squares"
+    assert says in capsys.readouterr().err
+
+
 def test_the_page_shows_every_picture_with_its_corners(folder: Path, tmp_path: Path) -> None:
     table = tmp_path / "corners.csv"
     assert main(["detect", str(folder / "shots"), "--cell", str(folder / "cell.yaml"), "-o", str(table)]) == 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal.cells import calibrate
+from fastcal.cells import calibrate, fit
 from fastcal.cells.axis_noise import axis_noise
 from fastcal.io.tree_file import load_cell
 from fastcal.io.tree_readings import load_readings
@@ -54,13 +54,13 @@ def test_a_camera_is_found_better_with_the_noise_of_each_axis(tmp_path: Path, mo
         of = load_cell(cell)
         found = calibrate.calibrate_cell(of, load_readings(poses, of))
         is_told = "axis by axis" in found.noise["position"].note
-        assert is_told is (calibrate.with_axis_noise is real)
+        assert is_told is (fit.with_axis_noise is real)
         camera = next(point for point in found.cell.points if point.name == "camera")
         return float(np.linalg.norm(1e3 * pose_of(camera.place)[:3, 3] - X[:3, 3]))
 
-    real = calibrate.with_axis_noise
-    monkeypatch.setattr(calibrate, "settled_poses", lambda *given: None)  # which weighs each axis by itself
+    real = fit.with_axis_noise
+    monkeypatch.setattr(fit, "settled_poses", lambda *given: None)  # which weighs each axis by itself
     weighed = [off(seed) for seed in range(8)]
-    monkeypatch.setattr(calibrate, "with_axis_noise", lambda readings, views: (readings, []))
+    monkeypatch.setattr(fit, "with_axis_noise", lambda readings, views: (readings, []))
     alike = [off(seed) for seed in range(8)]
     assert np.mean(weighed) < 0.8 * np.mean(alike)

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fastcal.calibration.pictures import Picture, _of_other_rows, _placed
 from fastcal.cli.app import main
 
 from . import camera_scene as scene
-from .picture_mistakes import ERROR_MM, MISTAKES, PICTURES, of_poses, two_cameras
+from .picture_mistakes import ERROR_MM, MISTAKES, PICTURES, of_cell, of_poses, two_cameras
 
 SEEDS = (1, 2, 3)
 CLEAN = 40
@@ -56,6 +57,31 @@ def test_pictures_of_other_rows_are_put_where_they_fit(
     words = [*files[:2], "--corners", files[2], "--mend", "-o", str(tmp_path / "out")]
     assert main(["calibrate", *words]) == 0
     assert "they are put there" in capsys.readouterr().err
+
+
+def test_a_board_from_its_other_end_is_turned_where_the_arm_misses_it_by_more_than_others() -> None:
+    """Seven pictures 2 px off, one 9 px off and from its other end: it was left at 400 px, as a gross row."""
+    corners = np.stack(np.meshgrid(np.arange(4), np.arange(3)), axis=-1).reshape(-1, 2) * 150.0
+    random = np.random.default_rng(1)
+    drawn = np.array([corners + random.uniform(0, 900, 2) for _ in range(8)])
+    found = [Picture(k, drawn[k] + np.array([2.0, 0.0])) for k in range(8)]
+    found[5] = Picture(5, drawn[5][::-1] + np.array([9.0, 0.0]))
+    placed = _placed(found, drawn, [np.arange(12), np.arange(12)[::-1]])
+    assert [of.order for of in placed] == [0, 0, 0, 0, 0, 1, 0, 0]
+    assert [of.fits for of in placed] == list(range(8))
+
+
+def test_pictures_that_slipped_round_the_end_slipped() -> None:
+    rows = np.arange(12)
+    said = _of_other_rows("board plate", rows, (rows - 1) % 12, "they are left out")
+    assert "slipped to the next row" in said
+
+
+def test_a_camera_that_took_no_picture_is_no_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It ended in an internal error."""
+    uv = scene.write(tmp_path, PICTURES, 1, error_mm=ERROR_MM, joint_noise_deg=0.002)
+    of_cell(lambda content: content["cameras"].update(second={**content["cameras"]["wrist"]}))(tmp_path, uv)
+    assert said(tmp_path, capsys)[0] == 0
 
 
 def test_what_was_meant_is_accepted_as_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from fastcal.cells import calibrate
+from fastcal.cells import calibrate, fit
 from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.pose_arm import pose_arm, pose_joints, turned_joints
 from fastcal.cells.readings import Readings
@@ -74,7 +74,7 @@ def test_turned_joints_turn_the_flange_about_itself() -> None:
 def test_a_camera_is_found_better_where_the_arm_turns_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     given = [readings(seed, turns_rad=4e-3) for seed in range(8)]
     weighed = np.array([off(result(of)) for of in given])
-    monkeypatch.setattr(calibrate, "settled_poses", lambda *given: None)
+    monkeypatch.setattr(fit, "settled_poses", lambda *given: None)
     alone = np.array([off(result(of)) for of in given])
     rms = np.sqrt(np.mean(weighed**2, axis=0) / np.mean(alone**2, axis=0))
     assert np.sqrt(np.mean(rms[:3] ** 2)) < 0.85, rms  # turns of 4 mrad move the board by 3.2 mm
@@ -84,7 +84,7 @@ def test_a_camera_is_found_better_where_the_arm_turns_otherwise(monkeypatch: pyt
 def test_nothing_is_lost_where_the_arm_is_exact(monkeypatch: pytest.MonkeyPatch) -> None:
     given = [readings(seed, turns_rad=0.0) for seed in range(20, 28)]
     weighed = np.array([off(result(of)) for of in given])
-    monkeypatch.setattr(calibrate, "settled_poses", lambda *given: None)
+    monkeypatch.setattr(fit, "settled_poses", lambda *given: None)
     alone = np.array([off(result(of)) for of in given])
     assert np.sqrt(np.mean(weighed**2)) < 1.05 * np.sqrt(np.mean(alone**2))
 

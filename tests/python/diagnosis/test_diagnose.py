@@ -13,12 +13,14 @@ import pytest
 from fastcal import InvalidInput, Robot, calibrate, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import Diagnosis, diagnose
 from fastcal.diagnosis.grading import Evidence, grade
-from fastcal.diagnosis.library import Hypothesis, build_library, harmonics, parse_exclusions
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import build_library, parse_exclusions
 from fastcal.diagnosis.noise import isolated_rows, repeats
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.rivals import Rivals
 from fastcal.diagnosis.search import Search
+from fastcal.diagnosis.variants import harmonics
 from fastcal.effects.entries import build_effects
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import without_measured

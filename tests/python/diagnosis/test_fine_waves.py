@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fastcal
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.periodic import fine_looks
 
 ROWS = 150

@@ -10,7 +10,7 @@ import pytest
 
 from fastcal.diagnosis import adaptation, grading
 from fastcal.diagnosis.found import Found
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Diagnosis, Finding, NamedValue, Unexplained
 

@@ -9,7 +9,7 @@ import numpy as np
 from fastcal import diagnose, load_measurements, load_robot, random_poses, simulate
 from fastcal.diagnosis.doubts import bears_little
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.problem import Noise, prepared_problem
 
 from .rules import small_arm

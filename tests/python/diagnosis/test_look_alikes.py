@@ -11,7 +11,8 @@ import pytest
 from fastcal import Robot, diagnose, load_measurements, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import grading
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Hypothesis, build_library
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.result import Diagnosis, Finding

@@ -11,7 +11,7 @@ import pytest
 import fastcal
 from fastcal import Dataset, Robot
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.problem import Noise, prepared_problem
 from fastcal.diagnosis.unexplained import main_orders, profile_curve
 from fastcal.io.measurements import load_measurements

@@ -14,7 +14,8 @@ from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import borne_out
 from fastcal.diagnosis.held_out import HeldOut, folds
-from fastcal.diagnosis.library import Hypothesis, build_library
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.noise import with_estimated_noise
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem
 from fastcal.diagnosis.rivals import Rivals

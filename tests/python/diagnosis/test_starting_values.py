@@ -19,7 +19,7 @@ from fastcal.calibration.simulation import perturbed, simulate
 from fastcal.diagnosis import diagnose
 from fastcal.diagnosis.adaptation import robot_of
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.problem import Noise, Problem, prepared_problem, with_nuisances
 from fastcal.diagnosis.starting_values import carried
 from fastcal.effects.entries import build_effects, effect_owners, same_parameters

@@ -16,15 +16,17 @@ from fastcal import _core
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.compensation.programs import robot_without_measurement
 from fastcal.conversion import convert
-from fastcal.diagnosis.library import build_library, needs, other_forms
+from fastcal.diagnosis.library import build_library, needs
 from fastcal.diagnosis.plan import approached_joints
 from fastcal.diagnosis.problem import with_nuisances
+from fastcal.diagnosis.variants import other_forms
 from fastcal.diagnosis.words import cause_in_words
 from fastcal.effects import registered
 from fastcal.effects.entries import build_effects, curve_of, effect_owners, traits_of
 from fastcal.effects.registered import States, register_effect
 from fastcal.effects.traits import Traits, filled
 from fastcal.errors import InvalidInput
+from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.report.shop import kind_in_words
 from fastcal.robot.robot import Robot
@@ -233,3 +235,18 @@ def test_every_form_is_another_law_of_the_same_place(name: str, arm: Robot, pose
         (effect,) = build_effects([form.entry], arm.core)
         is_other = [p.name for p in effect.parameters] != [p.name for p in own.parameters]
         assert is_other or form.entry.get("torque") == "payload"
+
+
+DRIVES = ("backlash", "coupling_ratio", "current_compliance", "gear_harmonic", "joint_compliance", "reduction_ratio")
+
+
+@pytest.mark.parametrize("name", ["palletizer", "delta", "five_bar"])
+def test_passive_joints_have_bearings_and_neither_gears_nor_encoders(name: str) -> None:
+    """A coupling from a palletizer's passive joint, which turns as joint 3 does, hid a wrong reduction ratio."""
+    core = load_robot(name).core
+    passive = {f"joint{k + 1}" for k in core.passive}
+    of = {effect: {part for owner in effect_owners(effect, core) for part in owner.split("<-")} for effect in DRIVES}
+    assert passive
+    assert all(not owners & passive for owners in of.values())
+    assert of["reduction_ratio"] == {f"joint{k + 1}" for k in range(core.joint_count)} - passive
+    assert passive <= set(effect_owners("bearing_tilt", core)) | set(effect_owners("pin_slack", core))

@@ -11,7 +11,7 @@ import numpy as np
 from fastcal.diagnosis import diagnose, grading, periodic
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import Evidence
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.reasons import BlockLabel, Label, Reason
 from fastcal.diagnosis.search import Family, Search, SearchNode
 

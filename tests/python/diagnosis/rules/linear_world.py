@@ -18,7 +18,7 @@ from fastcal.diagnosis import blocks, rich_model
 from fastcal.diagnosis import search as search_module
 from fastcal.diagnosis.blocks import Columns
 from fastcal.diagnosis.generic import Curves, Generic
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.problem import Noise
 from fastcal.diagnosis.projection import basis
 from fastcal.diagnosis.search import Search, SearchNode

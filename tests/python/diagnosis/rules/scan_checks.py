@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fastcal.diagnosis import periodic, scans
-from fastcal.diagnosis.library import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.search import Search
 from fastcal.diagnosis.step_or_condition import is_a_condition
 from fastcal.measurements.dataset import Dataset

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal import load_robot
-from fastcal.diagnosis import doubts, generic, library
+from fastcal.diagnosis import doubts, generic, library, variants
+from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.measurements.dataset import Dataset
 
 from .mutants import falls_with
@@ -39,7 +40,7 @@ def waves_of_a_joint_are_tried_by_whole_orders_to_six() -> None:
     waves = [n for n in library.build_library(arm, data).names if n.key == ("gear_harmonic", "joint2")]
     assert [n.entry["order"] for n in waves] == [1, 2, 3, 4, 5, 6]
     assert [n.searched for n in waves] == [0] * 6
-    assert library.Hypothesis({"effect": "gear_harmonic", "owner": "joint2", "order": 7.0}).searched == 1
+    assert Hypothesis({"effect": "gear_harmonic", "owner": "joint2", "order": 7.0}).searched == 1
 
 
 @falls_with(CORNER_QUANTILES=(0.5,))
@@ -47,7 +48,7 @@ def waves_of_a_joint_are_tried_by_whole_orders_to_six() -> None:
 def a_compliance_that_bends_anywhere_resembles_one_that_is_tried() -> None:
     load = np.abs(random().standard_normal(ROWS))
     bare = {"effect": "joint_compliance_nonlinear", "owner": "joint1"}
-    tried = [n.entry["corner"] for n in library._corners(bare, None, None)]
+    tried = [n.entry["corner"] for n in variants._corners(bare, None, None)]
     bends = {at: np.maximum(load - np.quantile(load, at), 0.0) for at in tried}
     for true in np.linspace(0.1, 0.85, 16):
         curve = np.maximum(load - np.quantile(load, true), 0.0)
@@ -75,7 +76,7 @@ def a_law_bends_only_where_poses_load_the_joint_less_and_more() -> None:
             loads=np.column_stack([np.zeros(len(load)), load]),
             problem=SimpleNamespace(kept=kept),
         )
-        name = library.Hypothesis({"effect": effect, "owner": "joint2"})
+        name = Hypothesis({"effect": effect, "owner": "joint2"})
         assert doubts.bends_unseen(at, name) is unseen
 
 
@@ -83,7 +84,7 @@ def a_law_bends_only_where_poses_load_the_joint_less_and_more() -> None:
 @falls_with(LAG_SHARES=(0.9,))
 def heat_that_comes_late_resembles_a_lag_that_is_tried() -> None:
     entry = {"effect": "thermal_expansion", "owner": "robot"}
-    lags = [n.entry["lag_s"] for n in library._late(entry, moments)]
+    lags = [n.entry["lag_s"] for n in variants.with_lags(entry, moments)]
     warmth = np.where(moments < 1800, 0.0, 8.0)  # a step of the temperature
 
     def late(lag: float) -> np.ndarray:
@@ -99,7 +100,7 @@ def heat_that_comes_late_resembles_a_lag_that_is_tried() -> None:
 @falls_with(MIN_ROWS_BESIDE_STEP=100)
 def a_step_anywhere_resembles_one_that_is_tried() -> None:
     bare = {"effect": "base_step", "owner": "base"}
-    tried = np.array([n.entry["at_s"] for n in library._steps(bare, None, SimpleNamespace(time=moments))])
+    tried = np.array([n.entry["at_s"] for n in variants._steps(bare, None, SimpleNamespace(time=moments))])
     assert np.sum(moments < tried.min()) == 5
     assert np.sum(moments > tried.max()) == 5
     steps = (moments[:, np.newaxis] >= tried).astype(float)

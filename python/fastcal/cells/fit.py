@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""One fit of all arms and members of a cell, and what is taken in its place where it is worse than the frames alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fastcal import _core
+from fastcal.arrays import FloatArray
+from fastcal.calibration.kind_noise import noise_by_kind
+from fastcal.calibration.parameter_limits import bounds_of
+from fastcal.calibration.unknowns import CORNERS, unknowns_found
+from fastcal.cells.asked import asked_parameters, priors
+from fastcal.cells.axis_noise import noise_of_axes, with_axis_noise
+from fastcal.cells.cell import Cell
+from fastcal.cells.errors import view_errors
+from fastcal.cells.evidence import SharedNoise, settled
+from fastcal.cells.never_worse import arms_to_blame, worse_sights
+from fastcal.cells.pose_noise import settled_poses
+from fastcal.cells.readings import Readings
+from fastcal.cells.rig_start import RigStart
+from fastcal.measurements.kinds import KindNoise
+from fastcal.monitoring.picture_check import NUMBERS
+from fastcal.robot.identified_spec import Solution
+from fastcal.robot.rig import pictures
+from fastcal.said import said
+
+Progress = Callable[[str], None]
+
+_ENOUGH = 10  # numbers a parameter: with more the geometry is left free without a look
+_WIDE = 3.0  # plausible sizes within which the geometry is held before the readings say how much
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fit of a cell and how it was made.
+
+    Attributes:
+        start, used, places: The cell before, with what was read of it, and where its cameras and boards begin.
+        options: The others of `of`.
+        found: What the core identified.
+        solution: The same, or as it is weighed by what joints and poses share.
+        model: The cell as it was identified.
+    """
+
+    start: Cell
+    used: Readings
+    places: RigStart
+    options: dict[str, Any]
+    asked: list[int]
+    measured: _core.Measurements
+    found: _core.Identification
+    solution: Solution
+    model: Cell
+    noise: dict[str, KindNoise]
+    shared: SharedNoise | None
+
+    @staticmethod
+    def of(
+        start: Cell,
+        used: Readings,
+        places: RigStart,
+        *,
+        effects: bool,
+        arms: Collection[str] | None,
+        loss: str,
+        threads: int,
+        report: Progress,
+    ) -> Fit:
+        """The fit of some arms, or all, by a loss: weighed by the axes' noise, and by what joints or poses share."""
+        options: dict[str, Any] = {"effects": effects, "arms": arms, "loss": loss, "threads": threads}
+        asked = asked_parameters(start, used, effects=effects, arms=arms)
+        few = _numbers_of(start, used) < _ENOUGH * len(asked)
+        has_joints = not all(arm.of_poses for arm in start.arms)
+        sizes = _WIDE if few and has_joints else None
+        found = _identified(start, used, asked, places, sizes, loss, threads)
+        measured = used.measured(start)
+        solution: Solution = found
+        model = there(start, measured, found)
+        noise = noise_by_kind(measured, found)
+        kept = np.setdiff1d(np.arange(len(used)), found.outliers)
+        weighed, by_axis = with_axis_noise(used, view_errors(model, used.pick(kept)))
+        if by_axis and found.status == "converged":
+            found = _identified(start, weighed, asked, places, sizes, loss, threads)
+            measured = weighed.measured(start)
+            solution, model = found, there(start, measured, found)
+            noise = noise_of_axes(noise, weighed, by_axis)
+        shared = None
+        if has_joints and (few or CORNERS in used.tables) and found.status == "converged":
+            report("weighing what the joints repeat to")
+            known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
+            solution, shared = settled(start, weighed.pick(kept), found, known, threads)
+            model = there(start, measured, solution)
+        elif any(arm.of_poses for arm in start.arms) and found.status == "converged":
+            known = priors(start, asked, measured.parameters, sizes)
+            poses = settled_poses(start, used.pick(kept), found, known, threads)
+            if poses is not None:
+                solution, model = poses, there(start, measured, poses)
+        return Fit(start, used, places, options, asked, measured, found, solution, model, noise, shared)
+
+    def again(self, report: Progress, **options: Any) -> Fit:
+        """The same with some options otherwise."""
+        return Fit.of(self.start, self.used, self.places, report=report, **{**self.options, **options})
+
+    def frames(self) -> Cell | None:
+        """Where the members stand with the arms as their files say; None where that is this fit, or none is found."""
+        asked = asked_parameters(self.start, self.used, arms=())
+        if len(asked) == len(self.asked):
+            return None
+        found = _identified(self.start, self.used, asked, self.places, None, "huber", self.options["threads"])
+        return there(self.start, self.measured, found) if found.status == "converged" else None
+
+    def errors(self, cell: Cell) -> dict[str, FloatArray]:
+        """(N, readings) of each view, of a cell."""
+        return {view: of.after for view, of in view_errors(cell, self.used).items()}
+
+
+def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
+    """The fit, or another where it did not converge or a sight is worse than by frames alone; status, message, notes.
+
+    Then it is that of least squares, or one with a loss that leaves fewer rows out; else the arms that move what is
+    worse stay as their files say, and where that is all of them, the frames alone are what is found.
+    """
+    status, message = fit.found.status, fit.found.message
+    frames = fit.frames()
+    if frames is None:
+        return fit, status, message, []
+    before = fit.errors(frames)
+
+    def worse(of: Fit) -> set[str]:
+        now = worse_sights(of.errors(of.model), before)
+        return now if of.found.status == "converged" else {view.partition("@")[2] for view in before}
+
+    if not (now := worse(fit)):
+        return fit, status, message, []
+    loss, given = fit.options["loss"], fit.options["arms"]
+    why = {
+        "converged": said("has larger errors than the nominal arm"),
+        "too_few_equations": said("has too few equations"),
+    }.get(status, said("did not converge"))
+    for other in ("none", "huber"):
+        if other == loss:
+            continue
+        tried = fit.again(report, loss=other)
+        if not worse(tried):
+            note = said(
+                "the fit with the loss {loss} {why}: the result is that with the loss {other}",
+                loss=loss,
+                why=why,
+                other=other,
+            )
+            return tried, tried.found.status, tried.found.message, [note]
+    arms = frozenset(arm.name for arm in fit.start.arms if given is None or arm.name in given)
+    ever, held = set[str](), frozenset[str]()
+    while now - ever and arms - held:
+        ever |= now
+        held |= arms_to_blame(fit.start, before.keys(), now, ever)
+        tried = fit.again(report, arms=sorted(arms - held))
+        now = worse(tried)
+    if tried.found.status != "converged" or not arms - held:
+        alone = said(
+            "the arms could not be identified: the fit {why}; only the places of the members are fitted", why=why
+        )
+        status = "not_converged" if status == "converged" else status
+        return fit.again(report, arms=(), loss="huber"), status, alone, []
+    note = said(
+        "{arms}: as the files say, since {views} would be farther off with it identified than with it as it is",
+        arms=" and ".join(sorted(held)),
+        views=", ".join(sorted(ever)),
+    )
+    return tried, tried.found.status, tried.found.message, [note]
+
+
+def _identified(
+    cell: Cell, readings: Readings, asked: list[int], places: RigStart, sizes: float | None, loss: str, threads: int
+) -> _core.Identification:
+    measured = readings.measured(cell)
+    given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
+    given["unknowns"] = places.of(measured.parameters)
+    given |= priors(cell, asked, measured.parameters, sizes).options
+    given |= (
+        bounds_of(cell.model.parameters, len(measured.parameters))
+        if max(asked, default=0) >= len(cell.core.nominal)
+        else {}
+    )
+    return _core.identify(cell.model, readings.samples(), measured, **given)
+
+
+def there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:
+    """The cell as it was identified."""
+    unknowns = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
+    return cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, *unknowns)
+
+
+def _numbers_of(cell: Cell, readings: Readings) -> int:
+    """What was measured: three numbers of an orientation, and of all corners of a picture the six of its posture."""
+    out = 0
+    for name, values in readings.tables.items():
+        known = ~np.isnan(values)
+        if name.startswith("rotation"):
+            out += 3 * int(known.all(axis=1).sum())
+        elif name == CORNERS:
+            seen = [known[:, 2 * of.start : 2 * of.stop].sum(axis=1) for of in pictures(cell).values()]
+            out += int(np.minimum(seen, NUMBERS).sum())
+        elif not name.startswith("sigma"):
+            out += int(known.sum())
+    return out
