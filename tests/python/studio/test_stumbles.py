@@ -56,7 +56,7 @@ def test_test_poses_are_others_than_those_of_the_fit(look: Any, studio: Any) -> 
     look.page.get_by_text("the test poses are those of the fit").wait_for()
     look.page.get_by_label("Measurements").click()
     look.page.get_by_role("option", name="measurements.csv").first.click()
-    look.page.get_by_label("Effects").fill("geometry,joint_compliance@joint2")
+    look.page.get_by_label("Effects", exact=True).fill("geometry,joint_compliance@joint2")
     look.get("calibrate").click()
     page = look.page.frame_locator('[data-test="page-calibration"]')
     page.get_by_text("Test: test.csv, 12 poses").wait_for()
