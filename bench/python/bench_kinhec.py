@@ -116,7 +116,8 @@ def predicted(session: Any) -> tuple[float, float] | None:
         return None
     X, Y = solvers.refine_lm_axyb(A[fit], B[fit], *solvers.shah(A[fit], B[fit]))
     theirs = (np.linalg.inv(Y)[np.newaxis] @ A[rest] @ X)[:, :3, 3]
-    return tuple(1e3 * float(np.mean(np.linalg.norm(of - true[rest], axis=1))) for of in (there, theirs))
+    own, other = (1e3 * float(np.mean(np.linalg.norm(of - true[rest], axis=1))) for of in (there, theirs))
+    return own, other
 
 
 def with_joints(every: list[Any]) -> list[dict[str, Any]]:

@@ -45,8 +45,8 @@ def of_cameras(robot: Robot, data: Dataset, cameras: list[str]) -> Dataset:
     for (camera, _), part in pictures(robot.description).items():
         if camera not in cameras:
             uv[:, part] = np.nan
-    uv = uv.reshape(len(data), -1)
-    return replace(data, observed={CORNERS: uv}).select(np.flatnonzero(np.isfinite(uv).any(axis=1)))
+    seen = np.flatnonzero(np.isfinite(uv).any(axis=(1, 2)))
+    return replace(data, observed={CORNERS: uv.reshape(len(data), -1)}).select(seen)
 
 
 def left_out(robot: Robot, data: Dataset, rows: np.ndarray, **options: Any) -> float:

@@ -44,8 +44,9 @@ ANCHORS = np.array([[3.0, -1.5, 0.2], [-1.0, 3.0, 0.4], [1.0, 1.5, -1.2]])
 PLANES = np.array([[0.0, 0.0, 1.2], [1.2, 0.0, 1.4], [0.3, 1.1, 1.1]])  # rx, ry, offset
 SOCKETS = np.array([[1.9, -0.6, 1.1], [1.2, 1.4, 1.6], [0.6, -1.9, 1.3]])
 BALLS = np.array([[1.9, -0.6, 1.1, 0.1], [1.2, 1.4, 1.6, 0.06], [0.6, -1.9, 1.3, 0.15]])  # centre, radius
-CUBES = np.array([[0.1, -0.1, 0.15, 1.6, 0.9, 1.4], [-0.1, 0.1, -0.2, 0.9, -1.5, 1.2]])  # turn, offsets of faces
+CUBES = np.array([[0.1, -0.1, 0.15, 1.6, 0.9, 1.4], [-0.1, 0.1, -0.2, 1.2, -1.5, 1.2]])  # turn, offsets of faces
 GAUGES = np.array([[0.0, 0.4, 1.2], [1.3, 0.1, 0.5]])  # rx, ry, zero
+ROUNDS = 500  # of postures tried for a touch
 WIDE = 0.2  # [m] of the faces of a cube
 FAINT = 1e-3
 NEAR = 1.0  # [rad] of a joint on the way to a plane
@@ -183,7 +184,9 @@ def seated(
     out, low, high = q.copy(), *truth.limits.T
     labels = [""] * len(q)
     waiting = np.arange(len(q) - 1, -1, -each)
-    while waiting.size:
+    for _ in range(ROUNDS):
+        if not waiting.size:
+            break
         there = q[random.integers(0, len(q), len(waiting))]
         for _ in range(60):
             apart = at[waiting] - truth.forward(there)[:, :3, 3]
@@ -195,6 +198,8 @@ def seated(
         for row, posture in zip(waiting[good], there[good], strict=True):
             out[row], labels[row] = posture, names[row]
         waiting = waiting[~good]
+    if waiting.size:
+        raise ValueError(f"the arm does not reach {names[waiting[0]]} at {at[waiting[0]].tolist()}")
     return out, labels
 
 

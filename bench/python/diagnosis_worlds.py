@@ -8,7 +8,7 @@ Each factor is drawn by itself, so that any two meet:
     payload     no column, zeros, one, two, three, many; one in ten labelled wrong
     rows        40 to 700: spread, in a small box, on a grid, along paths; in the order of measuring or shuffled
     columns     time, temperature and approach, or not; names, an order, a sensor that has nothing to do with it
-    set-ups     one, two or three stations, mounts or files, between which the instrument or the target moved
+    set-ups     one, two or three stations, mounts or files, between which the instrument or the target moved or turned
     noise       white, heavy-tailed, serial, unequal, with gross rows, joints rounded; sigma: none, true, 0.4, 2.5 times
     joints      repeat well, or to 0.03, 0.1 or 0.3 mrad
     measured    points, full poses, lengths to four anchors
@@ -42,7 +42,7 @@ from diagnosis_made_arms import MADE, MADE_ARMS
 from diagnosis_sets import Truth, points_of
 from numpy.typing import NDArray
 
-from fastcal import Robot, load_robot, random_poses
+from fastcal import Robot, _core, load_robot, random_poses
 from fastcal.measurements.dataset import Dataset
 
 FloatArray = NDArray[np.float64]
@@ -99,6 +99,7 @@ class World:
     factors: dict[str, str]
     most: float  # payload [kg]
     shifts: FloatArray  # (mounts, 3) of the point on the tool [m]
+    turns: FloatArray  # (mounts, 3, 3) of a target with an orientation, on the tool
     moves: FloatArray  # (stations, 4, 4) of the measuring frame
     anchors: FloatArray  # (4, 3) of lengths
 
@@ -117,14 +118,17 @@ class World:
 
     def data(self, truths: Sequence[Truth], random: Random) -> Dataset:
         """The rows that are diagnosed as their file has them."""
-        at, drawn = self.at, self.factors
+        at, drawn, poses = self.at, self.factors, self.at.poses
         stops = at.true.poses(stopped(at.poses, at.joints, random))
         points = self.seen(truths, stops)
         error = _noise(drawn["noise"], at, points, random)
         seen = replace(at.poses, position=points + error)
         if drawn["measured"] == "poses":
             turn = WEAR_ANGLE * random.standard_normal((len(points), 3))
-            seen = replace(seen, rotation=_quaternions(stops[:, :3, :3], turn))
+            R = stops[:, :3, :3]
+            R = R if poses.mount is None else R @ self.turns[poses.mount]
+            R = R if poses.station is None else self.moves[poses.station][:, :3, :3] @ R
+            seen = replace(seen, rotation=_quaternions(R, turn))
         elif drawn["measured"] == "lengths":
             anchor = random.integers(len(self.anchors), size=len(points))
             length = np.linalg.norm(seen.position - self.anchors[anchor], axis=1)
@@ -186,7 +190,8 @@ def world(random: Random) -> World:
     sigma = float(np.sqrt(np.mean(spread_of(still) ** 2) + spread_by_joints(true, poses, joints) ** 2))
     at = Setting(nominal, complete, true, poses, still, sigma, _leaves(true, poses, count), "white", joints)
     anchors = still.mean(axis=0) + random.uniform(1.5, 3.0, (4, 3)) * random.choice([-1, 1], (4, 3))
-    return World(at, drawn, most, shifts, _moves(stations, random), anchors)
+    moves = _moves(stations, random)
+    return World(at, drawn, most, shifts, _turns(mounts if drawn["measured"] == "poses" else 1, random), moves, anchors)
 
 
 def _leaves(true: Robot, poses: Dataset, count: int) -> FloatArray:
@@ -308,6 +313,16 @@ def _set_ups(kind: str, count: int, random: Random) -> dict[str, list[str]]:
         if kind in kinds:
             cuts = np.sort(random.uniform(0.25, 0.75, int(random.integers(1, 3)))) * count
             out[field_] = [f"{letter}{int(k)}" for k in np.searchsorted(cuts, np.arange(count))]
+    return out
+
+
+def _turns(count: int, random: Random) -> FloatArray:
+    """(count, 3, 3) of a target that is mounted anew: about as it was, or turned by any angle; the first is none."""
+    out = np.tile(np.eye(3), (count, 1, 1))
+    for R in out[1:]:
+        w = random.standard_normal(3)
+        w *= np.exp(random.uniform(np.log(1e-4), np.log(3.0))) / np.linalg.norm(w)
+        R[:] = _core.exp_so3(w)
     return out
 
 

@@ -83,8 +83,8 @@ def test_every_kind_of_reading_is_in_the_table_of_coverage_and_within_the_goal()
     text, found = page("benchmarks.md"), record("bench_coverage_kinds.json")["losses"]["tukey"]
     touched = record("bench_coverage_touches.json")["losses"]["tukey"]  # each alone
     touched = {label: row for label, row in touched.items() if label != "pooled"}
-    assert {"kind ball", "kind dial"} <= touched.keys()
-    others = {"corner", "cube", *(label.removeprefix("kind ") for label in touched)}
+    assert touched.keys() == {"kind ball", "kind cube", "kind dial"}
+    others = {"corner", *(label.removeprefix("kind ") for label in touched)}
     kinds = [kind for kind in _core.observation_names() if kind not in others]
     for pair in [*combinations(kinds, 1), *combinations(kinds, 2)]:
         row = found["kind " + "+".join(pair)]
@@ -164,6 +164,31 @@ def test_the_table_of_hand_eyes_is_that_of_its_record() -> None:
         better = sum(of["mm"] <= of["best_mm"] for of in told)
         counts = f"| {track} | {sum(of['sessions'] for of in own)} | {len(told)} of {len(own)} "
         assert f"{counts}| {shift:.2f} | {turn:.2f} | {better} of {len(told)} |" in text
+
+
+def test_the_table_of_arms_that_are_wrong_is_that_of_its_record() -> None:
+    text, found = page("benchmarks.md"), record("bench_kinhec_robot_error.json")
+    joints = {of["level"]: of for of in found["with_joints"]}
+    for of in found["levels"]:
+        own = joints[of["level"]]
+        assert of["sessions"] == own["sessions"] == 40
+        times = " | ".join(f"{of[u] / of[f'best_{u}']:.2f}" for u in ("mm", "deg"))
+        assert f"| `{of['level'].replace('|', ', ')}` | {times} | {own['mm']:.3f} | {own['shah_lm_mm']:.3f} |" in text
+    single = found["single"]["robot_error"]
+    assert f"fastcal at {single['fastcal'][0]:.2f}" in text
+
+
+def test_the_table_of_thinned_pictures_is_that_of_its_record() -> None:
+    text, draws = page("benchmarks.md"), record("bench_thinned_pictures.json")["draws"]
+    worse = [of["calibrate"] / of["hand_eye"] for of in draws if of["calibrate"] > of["hand_eye"]]
+    for key in dict.fromkeys((of["cameras"], of["count"], of["others"]) for of in draws):
+        own = [of for of in draws if (of["cameras"], of["count"], of["others"]) == key]
+        found, plain = (np.median([of[way] for of in own]) for way in ("calibrate", "hand_eye"))
+        assert found < plain
+        count = sum(of["calibrate"] > of["hand_eye"] for of in own)
+        head = f"| {key[0].replace(' ', ', ')} | {key[1]} | {key[2]} "
+        assert f"{head}| {found:.3f} | {plain:.3f} | {count} of {len(own)} |" in text
+    assert f"In {len(worse)} of {len(draws)} draws it is worse, by at most {100 * (max(worse) - 1):.0f} %" in text
 
 
 def test_the_table_of_sockets_is_that_of_its_record() -> None:

@@ -6,13 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.alignment import align as align
-from fastcal.calibration.best_fit import Way, best_fit
+from fastcal.calibration.best_fit import BestFit, Way, best_fit
 from fastcal.calibration.bounds import bounds_reached
 from fastcal.calibration.camera_places import camera_places, exchanged_names
 from fastcal.calibration.critical_loads import with_critical_loads
@@ -41,11 +42,11 @@ from fastcal.calibration.picture_outliers import outlier_notes
 from fastcal.calibration.pictures import Pictures, check_pictures, judged_pictures, seen_by_model
 from fastcal.calibration.placed_test import evaluated_test, other_place_notes
 from fastcal.calibration.postures import check_postures, saturated
-from fastcal.calibration.problem import prepare
+from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.result import CalibrationResult as CalibrationResult
 from fastcal.calibration.result import IdentifiedParameter as IdentifiedParameter
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
-from fastcal.calibration.setups import added_setups
+from fastcal.calibration.setups import added_setups, thrown_out
 from fastcal.calibration.shape import shape_of
 from fastcal.calibration.unknowns import (
     CORNERS,
@@ -163,7 +164,8 @@ def calibrate(
     suspected = [*check_postures(data, parameters), *check_pictures(looked, as_read=as_read)]
     suspected += check_columns(robot, data, as_read=as_read) if checks else []
     report(said("aligning base and tool"))
-    problem = prepare(
+    prepared = partial(
+        prepare,
         robot,
         data,
         effects=effects,
@@ -173,11 +175,11 @@ def calibrate(
         threads=threads,
         long=long,
     )
+    problem = prepared()
 
     report(said("identifying"))
-    problem = fill_unset_options(with_critical_loads(problem))
     way = Way(method, max_iterations, bool(priors), priors is None and parameters is None, checks)
-    fit = best_fit(problem, way, len(given))
+    fit = _fitted(prepared, problem, way, len(given), may_add=parameters is None and long is None)
     problem, found, seen = fit.problem, fit.found, fit.checks
     # Rows of columns that are taken as they are agree on nothing: they are no gross points.
     agrees_on_nothing = bool(suspected) and found.status == "converged" and fit.status == "not_converged"
@@ -297,6 +299,30 @@ def _none_of_poses(robot: Robot, effects: str | Sequence[str], parameters: Seque
             "identify; give the arm's file and its joint positions for that"
         )
     return []
+
+
+def _fitted(
+    prepared: Callable[..., CalibrationProblem],
+    problem: CalibrationProblem,
+    way: Way,
+    row_count: int,
+    *,
+    may_add: bool,
+) -> BestFit:
+    """The best fit; where it leaves out most rows of a station or a mount, beside a set-up of their own."""
+
+    def fitted(problem: CalibrationProblem) -> BestFit:
+        return best_fit(fill_unset_options(with_critical_loads(problem)), way, row_count)
+
+    def left_out(fit: BestFit) -> set[int]:
+        return {*fit.found.outliers, *fit.checks.set_aside}
+
+    fit = fitted(problem)
+    moved = thrown_out(problem.robot, problem.data, sorted(left_out(fit))) if may_add else set()
+    if not moved:
+        return fit
+    again = fitted(prepared(moved=moved))
+    return again if again.status == "converged" and len(left_out(again)) < len(left_out(fit)) else fit
 
 
 def _notes(model: Robot, data: Dataset) -> list[str]:

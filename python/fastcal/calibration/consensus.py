@@ -108,18 +108,15 @@ class Rows:
         """Are the others off by GROSS times the noise of the rows chosen (N,), beyond what these can't say of them?
 
         A fit to the rows of one station leaves those of another anywhere. With A the normal matrix of the rows chosen
-        and J_i of another row, its error e_i has the covariance s^2 (1 + J_i A^-1 J_i^T).
+        and J of the others, the errors e of these have the covariance s^2 C, C = 1 + J A^-1 J^T, and
+        e^T C^-1 e = e^T e - e^T J (A + J^T J)^-1 J^T e.
         """
-        J = self.reduced[chosen].reshape(-1, self.columns)
-        A = J.T @ J + max(held, self._least) * np.eye(self.columns)
-        x = -np.linalg.solve(A, self.pull[chosen].sum(axis=0))
-        others = self.reduced[~chosen]
-        off = self.residual[~chosen] + others @ x
-        spread = np.eye(3) + others @ np.linalg.solve(A, others.reshape(-1, self.columns).T).T.reshape(
-            len(others), 3, self.columns
-        ).transpose(0, 2, 1)
-        squares = np.einsum("ni,ni->n", off, np.linalg.solve(spread, off[..., np.newaxis])[..., 0])
-        return bool(np.sqrt(squares.mean() / 3) >= GROSS * self.noise(chosen, held))
+        chosen_J, J = self.reduced[chosen].reshape(-1, self.columns), self.reduced[~chosen].reshape(-1, self.columns)
+        A = chosen_J.T @ chosen_J + max(held, self._least) * np.eye(self.columns)
+        e = self.residual[~chosen].ravel() - J @ np.linalg.solve(A, self.pull[chosen].sum(axis=0))
+        g = J.T @ e
+        squares = float(e @ e - g @ np.linalg.solve(A + J.T @ J, g))
+        return bool(np.sqrt(max(squares, 0.0) / len(e)) >= GROSS * self.noise(chosen, held))
 
     def most_probable(self, squares: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Of the sets of the k smallest `squares` (S, N) that with the least S: S (S,) and its rows (S, N)."""

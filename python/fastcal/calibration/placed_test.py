@@ -22,6 +22,7 @@ from fastcal.robot.robot import Robot
 from fastcal.units import from_si
 
 _NAMED = 6  # of unknown places in a sentence
+_TURNED = float(np.radians(1.0))  # more than an orientation is measured wrong
 _FEWEST = 6  # points that place a base by six numbers and leave something to judge
 
 
@@ -94,11 +95,19 @@ def other_place_notes(test: Evaluation) -> list[str]:
         return []
     motion = test.aligned.motion
     away, turned = from_si(float(np.linalg.norm(motion[:3, 3])), "mm"), np.linalg.norm(_core.log_so3(motion[:3, :3]))
-    return [
+    note = (
         f"{test.data.source}: these rows fit with {test.aligned.after.to_mm()['rms']:.3g} mm RMS where the tracker or "
         f"the base stands elsewhere, moved by {away:.4g} mm and turned by {from_si(float(turned), 'deg'):.3g} deg: the "
         "error on them is that of the place; `fastcal check` fits it, and rows of several places have a column station"
-    ]
+    )
+    turns = np.empty(0) if test.turn_after is None else test.turn_after[np.isfinite(test.turn_after)]
+    off = float(np.median(turns)) if len(turns) else 0.0
+    if off > turned + _TURNED:  # which no turn of the base alone can do
+        note += (
+            f"; orientations are off by {from_si(off, 'deg'):.3g} deg: the target sits turned on the flange, and rows "
+            "of several mounts have a column mount"
+        )
+    return [note]
 
 
 def _entries(model: Robot, labels: str) -> list[Spec]:

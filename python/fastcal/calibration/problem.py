@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -151,8 +151,11 @@ def prepare(
     loss: str = "tukey",
     threads: int = 1,
     long: LongDataset | None = None,
+    moved: Collection[str] = (),
 ) -> CalibrationProblem:
     """Adds effects, fits base and tool, and says which parameters of the model are asked for; arguments of `calibrate`.
+
+    `moved`: effects of stations or mounts that are added too (`setups.thrown_out`).
 
     Raises:
         InvalidInput: An unknown effect or parameter, data without a measured column, or poses that fix no base.
@@ -165,7 +168,7 @@ def prepare(
     )
     if equilibrium is not None:
         spec["equilibrium"] = equilibrium
-    spec = with_setups(spec, data)
+    spec = with_setups(spec, data, moved)
     # Of what the chain is built of, base and tool alone may have changed.
     start = Robot.keeping(spec, robot.core.with_base_and_tool(pose(spec["base"]), pose(spec["tool"])))
     samples, measured = start.samples(data), measurements(data, start)

@@ -15,7 +15,7 @@ those of a rigid fit of each mount's rows (`alignment.align`): R_m may be any.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,26 +37,27 @@ from fastcal.units import from_si
 FAR = 3.0  # times the error of set-ups of their own: where one base and tool for all leave that, they are not one
 _FEWEST = 5  # points of a set-up that stands by itself
 _GROSS = 3.0  # times the median
+_MOST = 0.5  # of a label's rows
 _ROUNDS = 30
 _PATIENCE = 1e-9  # [m] change of the error that is none
 _AXES = ("x", "y", "z")
 
 
-def with_setups(spec: Spec, data: Dataset) -> Spec:
+def with_setups(spec: Spec, data: Dataset, moved: Collection[str] = ()) -> Spec:
     """The spec with a start for each station and mount, base and tool of the first among it.
 
     Effects that are asked for get their values. Where labels differ by so much that one base and tool can't serve all,
-    the effects are added. Without labels, or with too few points of one, the spec is returned.
+    the effects are added, and those `moved`. Without labels, or with too few points of all but one, the spec is
+    returned; a label of too few points starts as the first.
     """
     given = {entry["effect"]: entry for entry in spec.get("effects") or []}
     stations, mounts = (_codes(given, *names) for names in _columns(data))
     if data.position is None or (stations is None and mounts is None):
         return spec
     bare = Robot({**spec, "effects": [], "correction": None, "calibration": None})
-    whole = np.isfinite(data.position).all(axis=1)
-    rows = np.flatnonzero(whole)
+    rows = _of_enough_rows(np.flatnonzero(np.isfinite(data.position).all(axis=1)), stations, mounts)
     code = {"station_offset": _of(stations, rows), "tool_shift": _of(mounts, rows)}
-    if any(np.bincount(c).min() < _FEWEST for c in code.values()):
+    if len(rows) == 0 or all(len(np.unique(c)) < 2 for c in code.values()):
         return spec
     frames = _flange(bare, data.q[rows])
     p = data.position[rows]
@@ -65,29 +66,28 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
     bases, tools, left = _fit(frames, p, code["station_offset"], code["tool_shift"], near)
     setup = np.unique(np.column_stack(list(code.values())), axis=0, return_inverse=True)[1].ravel()
     apart = np.maximum(_medians(left, setup), np.median(left))
-    turns = _turns(frames, data, rows, bases[code["station_offset"], :3, :3], code["tool_shift"])
-    turned = turns is not None and given.get("tool_shift", {"target": "pose"}).get("target") == "pose"
-    if turned and turns is not None:
+    R_base = bases[code["station_offset"], :3, :3]
+    least = 0.0 if "tool_shift" in moved else FAR
+    turns = _turns(frames, data, rows, R_base, code["tool_shift"], least) if _may_turn(given) else None
+    if turns is not None:
         tool[:3, :3] = turns[0]
 
     def are_one(effects: set[str]) -> bool:
         """Does one base, or one tool, serve all labels of these effects, the others' set-ups apart?"""
-        if turned and "tool_shift" in effects:
+        if turns is not None and "tool_shift" in effects:
             return False
         one = {name: np.zeros_like(numbers) if name in effects else numbers for name, numbers in code.items()}
         start = near[:1] if "tool_shift" in effects else near
         left = _fit(frames, p, one["station_offset"], one["tool_shift"], start)[2]
         return bool(np.all(_medians(left, setup) <= FAR * apart))
 
-    open_ = {name for name in code if name not in given}
-    # Either may do where stations and mounts changed together: then both are added.
-    needed = set() if are_one(open_) else {name for name in open_ if not are_one({name})} or open_
+    needed = _needed({name for name in code if name not in given}, are_one, moved)
     out = plain_copy(spec)
     start = se3.pose(tool[:3, :3], tools[0])
     out = with_frames(out, bases[0], start) if needed or set(given) & set(code) else out
     for effect, labels, values in (
         ("station_offset", stations, _offsets(bases)),
-        ("tool_shift", mounts, _shifts(tools, turns if turned else None, tool[:3, :3])),
+        ("tool_shift", mounts, _shifts(tools, turns, tool[:3, :3])),
     ):
         if labels is None or (effect not in given and effect not in needed):
             continue
@@ -96,10 +96,37 @@ def with_setups(spec: Spec, data: Dataset) -> Spec:
         if entry is None:
             owner = "base" if effect == "station_offset" else "tool"
             entry = {"effect": effect, "owner": owner, option: list(names)}
-            entry |= {"target": "pose"} if turned and effect == "tool_shift" else {}
+            entry |= {"target": "pose"} if turns is not None and effect == "tool_shift" else {}
             out["effects"] = [*(out.get("effects") or []), entry]
         if not entry.get("parameters"):
             entry["parameters"] = {name: {"value": value, "std": None} for name, value in values.items()}
+    return out
+
+
+def _may_turn(given: dict[str, Any]) -> bool:
+    """Is tool_shift not asked for, or of a pose?"""
+    return "tool_shift" not in given or given["tool_shift"].get("target") == "pose"
+
+
+def _needed(open_: set[str], are_one: Callable[[set[str]], bool], moved: Collection[str]) -> set[str]:
+    """The effects that are added; either may do where stations and mounts changed together, and then both are."""
+    needed = set() if are_one(open_) else {name for name in open_ if not are_one({name})} or open_
+    return needed | (open_ & set(moved))
+
+
+def thrown_out(robot: Robot, data: Dataset, outliers: Sequence[int]) -> set[str]:
+    """The effects of labels, none of a robot's own, that a fit leaves out most rows of one and not of another.
+
+    A robust loss takes the rows of a mount that sits elsewhere by a millimetre or two for gross errors.
+    """
+    out = set()
+    for effect, _, codes, _ in _columns(data):
+        if codes is None or any(entry["effect"] == effect for entry in robot.entries):
+            continue
+        count = np.bincount(codes)
+        share = np.bincount(codes[list(outliers)], minlength=len(count)) / np.maximum(count, 1)
+        if np.any(share[count >= _FEWEST] > _MOST) and np.any(share[count >= _FEWEST] <= _MOST):
+            out.add(effect)
     return out
 
 
@@ -144,6 +171,14 @@ def _codes(
     return np.asarray(place[codes], dtype=np.int64), option, listed
 
 
+def _of_enough_rows(rows: IntArray, *labels: tuple[IntArray, str, list[str]] | None) -> IntArray:
+    """Those of the rows whose labels have _FEWEST of them."""
+    for each in labels:
+        codes = _of(each, rows)
+        rows = rows[np.bincount(codes)[codes] >= _FEWEST]
+    return rows
+
+
 def _of(labels: tuple[IntArray, str, list[str]] | None, rows: IntArray) -> IntArray:
     return np.zeros(len(rows), dtype=np.int64) if labels is None else labels[0][rows]
 
@@ -156,7 +191,7 @@ def _flange(bare: Robot, q: FloatArray) -> FloatArray:
 
 def _medians(values: FloatArray, group: IntArray) -> FloatArray:
     """(G,) of the values of each group."""
-    return np.array([np.median(values[group == g]) for g in range(int(group.max()) + 1)])
+    return np.array([np.median(values[group == g]) for g in np.unique(group)])
 
 
 def _tool_points(bare: Robot, data: Dataset, rows: IntArray, station: IntArray, mount: IntArray) -> FloatArray:
@@ -164,7 +199,7 @@ def _tool_points(bare: Robot, data: Dataset, rows: IntArray, station: IntArray, 
     points = np.tile(pose(bare.spec["tool"])[:3, 3], (int(mount.max()) + 1, 1))
     if data.rotation is None or len(points) == 1:
         return points
-    for m in range(len(points)):
+    for m in np.unique(mount):
         most = np.bincount(station[mount == m]).argmax()
         found = align(bare, data.select(rows[(mount == m) & (station == most)]))
         if found.found:
@@ -173,21 +208,27 @@ def _tool_points(bare: Robot, data: Dataset, rows: IntArray, station: IntArray, 
 
 
 def _turns(
-    frames: FloatArray, data: Dataset, rows: IntArray, R_base: FloatArray, mount: IntArray
+    frames: FloatArray, data: Dataset, rows: IntArray, R_base: FloatArray, mount: IntArray, at_least: float
 ) -> FloatArray | None:
-    """(M, 3, 3) of the target on the flange at each mount; None where one does for all, or none is measured."""
+    """(M, 3, 3) of the target on the flange at each mount; None where one does for all, or none is measured.
+
+    One does where it leaves no mount `at_least` times the angles of its own.
+    """
     if data.rotation is None or mount.max(initial=0) == 0:
         return None
     seen = np.isfinite(data.rotation[rows]).all(axis=1)
-    if np.bincount(mount[seen], minlength=int(mount.max()) + 1).min() < _FEWEST:
+    if np.bincount(mount[seen])[np.unique(mount)].min() < _FEWEST:
         return None
     on_flange = (R_base @ frames[:, :3, :3])[seen].transpose(0, 2, 1) @ rotations(data.rotation[rows[seen]])
     mount = mount[seen]
-    own = np.array([_middle(on_flange[mount == m]) for m in range(int(mount.max()) + 1)])
+    there = np.unique(mount)
+    own = np.tile(_middle(on_flange[mount == there[0]]), (int(there[-1]) + 1, 1, 1))
+    for m in there[1:]:
+        own[m] = _middle(on_flange[mount == m])
     one = _middle(on_flange)
     apart = np.median(_angles(own[mount], on_flange))
-    far = max(float(np.median(_angles(one, on_flange[mount == m]))) for m in range(len(own)))
-    return own if far > FAR * apart else None
+    far = max(float(np.median(_angles(one, on_flange[mount == m]))) for m in there)
+    return own if far > at_least * apart else None
 
 
 def _middle(R: FloatArray) -> FloatArray:
@@ -214,10 +255,12 @@ def _fit(
     """Bases (S, 4, 4), tool points (M, 3), from those `near`, and the errors (N,) that they leave [m]."""
     tools = near.copy()
     bases = np.tile(np.eye(4), (int(station.max()) + 1, 1, 1))
+    first, *others = np.unique(station)
     before, sound = np.inf, np.ones(len(p), dtype=bool)
     for _ in range(_ROUNDS):
         at = frames[:, :3, 3] + np.einsum("nij,nj->ni", frames[:, :3, :3], tools[mount])
-        for s in range(len(bases)):
+        bases[:] = _agreeing_pose(at[station == first], p[station == first], bases[0, :3, :3])
+        for s in others:
             bases[s] = _agreeing_pose(at[station == s], p[station == s], bases[0, :3, :3])
         left = p - np.einsum("nij,nj->ni", bases[station, :3, :3], at) - bases[station, :3, 3]
         length = np.linalg.norm(left, axis=1)
@@ -228,6 +271,7 @@ def _fit(
         if abs(before - error) < _PATIENCE:
             break
         before = error
+    tools[np.setdiff1d(np.arange(len(tools)), mount)] = tools[mount.min()]
     return bases, tools, length
 
 

@@ -207,7 +207,8 @@ def _counter(export: Export, places: Sequence[int], sample: Sequence[Sequence[st
 
 def _kept(export: Export, sent: Sequence[int], measured: Sequence[int]) -> tuple[list[int], list[str]]:
     """The rows that hold what they should, and what was left out."""
-    rows, notes, dropped = list(range(len(export.rows))), [], []
+    rows, dropped = list(range(len(export.rows))), []
+    notes: list[str] = []
     if valid := families.labelled(export, "valid"):
         good = [k for k in rows if export.rows[k][valid[0]].strip().lower() not in _FALSE]
         if len(good) < len(rows):

@@ -92,7 +92,7 @@ def sources(dataset: Dataset, rows: Rows) -> Iterator[Source]:
         seen_from = np.full_like(position, np.nan)
         R = inverse(of_quaternion(dataset.rotation[known]))
         seen_from[known] = -np.einsum("nij,nj->ni", R, position[known])
-        words = "every pose inverted, the point with the orientation (as a camera in the hand sees its target)"
+        words = said("every pose inverted, the point with the orientation (as a camera in the hand sees its target)")
         yield from _late([_one("inverse", words)], q, seen_from, rows)
 
 

@@ -57,7 +57,7 @@ def _(found: Diagnosis) -> list[str]:
         lines.append(translated("{name}: RMS of {sizes}", name=name, sizes=listed))
     lines += noise_lines([replace(found.main_noise, note=found.sigma_note)])
     if found.untestable:
-        names = sorted({cause.effect for cause in found.untestable})
+        names = _untestable(found)
         lines.append(
             translated(
                 "not testable with these data (diagnosis.json says what would be needed): {names}",
@@ -65,6 +65,18 @@ def _(found: Diagnosis) -> list[str]:
             )
         )
     return [*lines, *outlier_lines(found.outliers), *_ending(found)]
+
+
+def _untestable(found: Diagnosis) -> list[str]:
+    """Effects, with the owners where these data show it of others."""
+    shown = {one.effect for one in found.smallest} | {one.effect for one in found.effects}
+    owners: dict[str, list[str]] = {}
+    for cause in found.untestable:
+        owners.setdefault(cause.effect, []).append(cause.owner)
+    return [
+        f"{effect} ({', '.join(dict.fromkeys(own))})" if effect in shown else effect
+        for effect, own in sorted(owners.items())
+    ]
 
 
 _JUDGED = {

@@ -60,7 +60,7 @@ class Arrows:
     def shafts(self) -> Array:
         """(N, 3) as they are drawn, in mm; those that are too long are cut."""
         length = self.scale * np.linalg.norm(self.vectors, axis=1, keepdims=True)
-        return self.scale * self.vectors * np.minimum(1.0, self.longest / np.maximum(length, 1e-300))
+        return np.asarray(self.scale * self.vectors * np.minimum(1.0, self.longest / np.maximum(length, 1e-300)))
 
     @property
     def are_cut(self) -> bool:

@@ -36,7 +36,7 @@ LEAVE_OUT = ""
 _SHOWN = 3  # cells of a column
 GOOD_SHARE, BAD_SHARE = 2e-3, 1e-2  # of the reach: as any nominal arm fits, and as none does
 # What a command line says, and what the screen says instead.
-_ON_SCREEN = {
+_ON_SCREEN: dict[str, str] = {
     GIVE_JOINTS: said("drop the controller's log or program"),
     GIVE_POINTS: said("drop the instrument's points too"),
     GIVE_POINTS_OR_NAME: said("drop the instrument's points too, or say above which columns they are"),

@@ -188,3 +188,19 @@ def test_rows_that_show_one_way_are_solved_whatever_their_noise() -> None:
     for left in (rows.squares(few[np.newaxis], 1e-30), rows.squares_of_few(np.arange(10)[np.newaxis], 1e-30)):
         assert left[0, :30].max() < 1e-9 * np.square(residual[:30]).sum(axis=1).max()
     assert agreeing_rows(rows, np.ones(40, dtype=bool), 1e-12) is None
+
+
+@pytest.mark.parametrize(("noise", "contradicts"), [(5.0, False), (30.0, True)])
+def test_rows_of_one_station_say_nothing_of_where_another_is(noise: float, contradicts: bool) -> None:
+    """Two stations, each with an offset of its own: only how the rows of the second err can contradict the first."""
+    random = np.random.default_rng(3)
+    J = np.zeros((80, 3, 6))
+    J[:50, :, :3] = J[50:, :, 3:] = np.eye(3)
+    residual = random.normal(0.0, 1.0, (80, 3))
+    residual[50:] *= noise
+    residual[50:] += [300.0, -500.0, 200.0]
+    rows, first = Rows(J, residual, 6), np.arange(80) < 50
+    assert rows.are_gross(first[np.newaxis], 1e-9)[0]
+    assert rows.contradict(first, 1e-9) == contradicts
+    found = agreeing_rows(rows, np.ones(80, dtype=bool), 1e-3)
+    assert (found is not None) == contradicts

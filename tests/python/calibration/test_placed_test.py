@@ -79,3 +79,20 @@ def test_the_best_motion_is_the_motion() -> None:
     points = np.random.default_rng(0).normal(size=(12, 3))
     moved = points @ MOVES[2][:3, :3].T + MOVES[2][:3, 3]
     np.testing.assert_allclose(best_motion(points, moved), MOVES[2], atol=1e-12)
+
+
+@pytest.mark.parametrize("turn", [0.0, 90.0])
+def test_a_test_from_elsewhere_says_whether_its_target_sits_turned(turn: float) -> None:
+    robot = fastcal.load_robot("ur5")
+    true = fastcal.perturbed(robot, seed=3)
+    q = fastcal.random_poses(robot, 100, seed=4)
+    data = fastcal.simulate(true, q[:60], noise=NOISE, noise_rotation=1e-4, seed=5)
+    tool = true.spec["tool"]
+    turned = Rotation.from_euler("xyz", tool["rpy_deg"], degrees=True) * Rotation.from_euler("z", turn, degrees=True)
+    there = true.with_(
+        base={"xyz_mm": [400, 100, 0], "rpy_deg": [0, 0, 20]},
+        tool={**tool, "rpy_deg": turned.as_euler("xyz", degrees=True).tolist()},
+    )
+    test = fastcal.simulate(there, q[60:], noise=NOISE, noise_rotation=1e-4, seed=6)
+    (note,) = [n for n in fastcal.calibrate(robot, data, test=test).notes if "stands elsewhere" in n]
+    assert ("the target sits turned on the flange" in note) == (turn > 0)

@@ -161,9 +161,7 @@ def campaigns(arm: Robot, rows: tuple[int, ...], *, is_line: bool = False) -> Da
 
 
 @pytest.mark.parametrize(("rows", "is_line"), [((60, 60, 60), False), ((20, 150, 130), True)], ids=str)
-def test_a_target_that_was_turned_between_files_is_calibrated(
-    arm: Robot, rows: tuple[int, ...], is_line: bool
-) -> None:
+def test_a_target_that_was_turned_between_files_is_calibrated(arm: Robot, rows: tuple[int, ...], is_line: bool) -> None:
     """The lesser part of the rows is of the first station; about a line of points a base turns as it likes."""
     found = calibrate(arm, campaigns(arm, rows, is_line=is_line))
     assert found.status == "converged"
@@ -180,3 +178,23 @@ def test_a_diagnosis_of_files_writes_nothing_worse_than_the_geometry(arm: Robot)
     assert found.verdict == "none"
     assert found.plain is None
     assert found.gap[0].held_out_rms_mm < 0.1
+
+
+def test_a_mount_is_not_thrown_out_for_gross_rows(arm: Robot) -> None:
+    """Two millimetres hide behind the geometry's errors at the start, and are gross beside the noise in the end."""
+    rows = poses(["A"], ["1"], 90)
+    rows = Dataset.from_arrays(rows.q, station=["A"] * 90, mount=["1"] * 60 + ["2"] * 30)
+    found = calibrate(arm, measured(arm, rows, {}, {"mount2_x_mm": 1.2, "mount2_y_mm": -1.0, "mount2_z_mm": 0.8}))
+    assert found.outliers == []
+    (shift,) = found.model.spec["effects"]
+    assert shift["parameters"]["mount2_x_mm"]["value"] == pytest.approx(1.2, abs=0.1)
+    assert any(note.startswith("mounts 1, 2: each has a tool point of its own") for note in found.notes)
+
+
+def test_a_mount_of_one_row_keeps_no_other_from_its_place(arm: Robot) -> None:
+    rows = Dataset.from_arrays(poses(["A"], ["1"]).q, station=["A"] * 150, mount=["1"] * 70 + ["2"] + ["3"] * 79)
+    found = calibrate(arm, measured(arm, rows, {}, FAR_TARGETS))
+    assert found.status == "converged"
+    assert found.sigma == pytest.approx(NOISE, rel=0.15)
+    (shift,) = found.model.spec["effects"]
+    assert shift["parameters"]["mount3_y_mm"]["value"] == pytest.approx(45.0, abs=0.4)

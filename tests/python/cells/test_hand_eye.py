@@ -24,7 +24,9 @@ from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.robot.hand_eye import HandEye, hand_eyes
 from fastcal.robot.robot_spec import RobotSpec, structured
 
+from . import camera_scene as scene
 from .camera_scene import pose
+from .test_calibrate import csv_of, simulated, written
 
 FloatArray = NDArray[np.float64]
 
@@ -284,3 +286,32 @@ def test_a_cell_of_poses_is_written_as_it_was_read(tmp_path: Path) -> None:
     cell = load_cell(write_poses(tmp_path)[0])
     (tmp_path / "again.yaml").write_text(cell_text(cell))
     assert cell_text(load_cell(tmp_path / "again.yaml")) == cell_text(cell)
+
+
+def test_a_hand_eye_says_to_which_arm_it_belongs(tmp_path: Path) -> None:
+    """Used with the controller's nominal arm, that of the identified one is off by what its last joint was wrong."""
+    scene.write(tmp_path, 16, 1, error_mm=0.5)
+    given = [str(tmp_path / "cell.yaml"), str(tmp_path / "poses.csv"), "--corners", str(tmp_path / "corners.csv")]
+    for name, more in (("own", []), ("as_it_is", ["--effects", "none"])):
+        out = ["-o", str(tmp_path / name), "--hand-eye", str(tmp_path / f"{name}.calib")]
+        assert main(["calibrate", *given, *more, *out]) == 0
+    note = "# Found with the arm of model.yaml; for the arm as its file says: calibrate --effects none"
+    assert note in (tmp_path / "own.calib").read_text()
+    assert note not in (tmp_path / "as_it_is.calib").read_text()
+    found = json.loads((tmp_path / "as_it_is" / "result.json").read_text())
+    assert found["parameters"]
+    assert not any(of["owner"].startswith("joint") for of in found["parameters"])
+
+
+def test_arms_of_a_cell_stay_as_they_are_where_that_is_asked_for(tmp_path: Path) -> None:
+    arms = {"left": {"robot": "ur5"}, "right": {"robot": "ur5", "xyz_mm": [0, -900, 0]}}
+    targets = {"a": {"on": "left"}, "b": {"on": "right"}}
+    file = written(tmp_path, {"cell": "two", "arms": arms, "targets": targets})
+    cell = load_cell(file)
+    readings = simulated(cell, np.random.default_rng(1), 30, {"a": "point", "b": "point"})
+    head = [f"{arm}.q{k}_rad" for arm in arms for k in range(1, 7)] + [f"{of}_m@{p}" for p in "ab" for of in "xyz"]
+    rows = np.hstack([readings.q, readings.tables["position@a"], readings.tables["position@b"]])
+    poses = csv_of(tmp_path, head, rows.tolist())
+    assert main(["calibrate", str(file), str(poses), "--effects", "none", "-o", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert {of["owner"] for of in found["parameters"]} == {"left.base", "right.base", "a", "b"}

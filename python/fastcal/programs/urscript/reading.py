@@ -199,8 +199,8 @@ class _Reader(Walker):
             place = self.place(node)
             if place.targets:
                 where = (self.document, statement.start, self.state.frame)
-                holds = {"tool": self.state.tool, "afresh": self.state.afresh, "loads": self.state.loads}
-                self.book.go(place, *where, **holds)
+                state = self.state
+                self.book.go(place, *where, tool=state.tool, afresh=state.afresh, loads=state.loads)
                 self.state = replace(self.state, afresh=False)
                 continue
             self.spoil(statement, node)
