@@ -91,7 +91,7 @@ def test_a_programs_payload_is_shown_and_used(look: Any, studio: Any, tmp_path: 
     assert (studio.folder / "programs" / "good.script").read_text() != used
     look.page.get_by_label("Payload, kg").fill("")
     look.drop("program", tmp_path / "b.src")
-    look.get("stated").filter(has_not_text="2.35").wait_for()
+    look.get("stated").filter(has_not_text="2.35").wait_for(state="attached")
     look.get("compensate").click()
     look.page.get_by_text("it names only Z").wait_for()
     look.page.get_by_text("the arm ur5 speaks URScript, and this program is in KRL").wait_for()
