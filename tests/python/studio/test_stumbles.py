@@ -56,14 +56,12 @@ def test_test_poses_are_others_than_those_of_the_fit(look: Any, studio: Any) -> 
     look.page.get_by_text("the test poses are those of the fit").wait_for()
     look.page.get_by_label("Measurements").click()
     look.page.get_by_role("option", name="measurements.csv").first.click()
-    look.page.get_by_label("Effects").fill("geometry,joint_compliance@joint2")
+    look.page.get_by_label("Effects", exact=True).fill("geometry,joint_compliance@joint2")
     look.get("calibrate").click()
     page = look.page.frame_locator('[data-test="page-calibration"]')
     page.get_by_text("Test: test.csv, 12 poses").wait_for()
-    assert (
-        look.get("command").inner_text()
-        == "fastcal calibrate robot.yaml measurements.csv -o calibration --test test.csv"
-    )
+    line = look.get("command").inner_text()
+    assert line.endswith("-o calibration --effects geometry,joint_compliance@joint2 --test test.csv")
 
 
 @patiently
@@ -93,7 +91,7 @@ def test_a_programs_payload_is_shown_and_used(look: Any, studio: Any, tmp_path: 
     assert (studio.folder / "programs" / "good.script").read_text() != used
     look.page.get_by_label("Payload, kg").fill("")
     look.drop("program", tmp_path / "b.src")
-    look.get("stated").filter(has_not_text="2.35").wait_for()
+    look.get("stated").filter(has_not_text="2.35").wait_for(state="attached")
     look.get("compensate").click()
     look.page.get_by_text("it names only Z").wait_for()
     look.page.get_by_text("the arm ur5 speaks URScript, and this program is in KRL").wait_for()
