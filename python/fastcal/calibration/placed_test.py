@@ -19,10 +19,10 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.rotations import best_motion
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
-from fastcal.units import from_si
+from fastcal.units import from_si, to_si
 
 _NAMED = 6  # of unknown places in a sentence
-_TURNED = float(np.radians(1.0))  # more than an orientation is measured wrong
+_TURNED = to_si(1.0, "deg")  # more than an orientation is measured wrong
 _FEWEST = 6  # points that place a base by six numbers and leave something to judge
 
 
