@@ -34,6 +34,7 @@ def add_pages(studio: Studio) -> None:
     """Registers a page a screen."""
     ui.add_css(_STYLE, shared=True)
     ui.add_head_html(f"<script>{_FOR_ALL.replace('LANGUAGE', language.get())}</script>", shared=True)
+    ui.button.default_props("no-caps")  # words as they are spoken, as on all pages
     for address, title, _icon, purpose, module in SCREENS:
         ui.page(address, title=f"{_(title)} · fastcal studio")(_page(studio, address, title, purpose, module))
 
@@ -75,7 +76,7 @@ def _projects(studio: Studio) -> None:
             studio.open(name)
             ui.navigate.to("/")
 
-    with ui.button(studio.project.name, icon="folder_open").props("flat dense no-caps color=white") as button:
+    with ui.button(studio.project.name, icon="folder_open").props("flat dense color=white") as button:
         button.props('data-test="projects"').tooltip(str(studio.project.folder))
         with ui.menu():
             for name in studio.project.beside():
@@ -127,7 +128,7 @@ def decimals(places: int) -> str:
 
 def onward(text: str, to: str) -> ui.button:
     """What comes next: a link to another screen that looks like a button."""
-    return ui.button(text, icon="arrow_forward").props(f'no-caps href="{to}" data-test="onward"')
+    return ui.button(text, icon="arrow_forward").props(f'href="{to}" data-test="onward"')
 
 
 def command_line(line: str) -> None:

@@ -261,8 +261,8 @@ def _result(studio: Studio, found: reading.Understood) -> None:
 
     with line, ui.row():
         save = ui.button(_("Save the measurements"), on_click=lambda: keep(MEASUREMENTS), icon="save")
-        save.props('no-caps data-test="save"')
-        other = ui.button(_("Save as test poses"), on_click=lambda: keep(TEST), icon="rule").props("no-caps outline")
+        save.props('data-test="save"')
+        other = ui.button(_("Save as test poses"), on_click=lambda: keep(TEST), icon="rule").props("outline")
         other.props('data-test="save-test"').tooltip(_("Poses that no fit sees: they show how good the model is."))
     kinds = project.robot().joint_types if project.has_robot else []
     _joined(rows, {joint_position(k): "mm" if kind == "prismatic" else "°" for k, kind in enumerate(kinds)})
