@@ -53,6 +53,7 @@ VALUES: dict[str, list[dict[str, Any]]] = {
     "high": [{"high_rad": 1.0}],
     "knots": [{"knots": 9}, {"knots": 14}],
     "periodic": [{"periodic": 1}],
+    "target": [{"target": "pose"}],
     "column": [{"column": "tilt"}, {"column": "level"}],
     "axis": [{"column": "tilt", "axis": "z"}, {"column": "tilt", "axis": "rz"}],
     "size": [{"column": "tilt", "size": 2.0}],
