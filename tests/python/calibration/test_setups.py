@@ -142,6 +142,10 @@ def test_a_diagnosis_begins_with_the_set_ups(arm: Robot) -> None:
     assert found.gap[0].train_rms_mm < 0.06
 
 
+def turned(k: int) -> Rotation:
+    return Rotation.from_euler("z", 70 * k, degrees=True) * Rotation.from_euler("x", 25 * k, degrees=True)
+
+
 def campaigns(arm: Robot, rows: tuple[int, ...], *, is_line: bool = False) -> Dataset:
     """A six-dimensional target, remounted and turned anew in each file, the tracker elsewhere; file after file."""
     random = np.random.default_rng(5)
@@ -152,7 +156,7 @@ def campaigns(arm: Robot, rows: tuple[int, ...], *, is_line: bool = False) -> Da
         if is_line and k == 1:
             q[:] = q[0] + np.outer(np.linspace(0, 0.4, count), np.eye(6)[0])
         spec = copy.deepcopy(true.spec)
-        turn = Rotation.from_euler("z", 70 * k, degrees=True) * Rotation.from_euler("x", 25 * k, degrees=True)
+        turn = turned(k)
         spec["base"] = {"xyz_mm": [2500 - 700 * k, 300 + 400 * k, 400], "rpy_deg": [3, 5, 100 - 40 * k]}
         spec["tool"] = {"xyz_mm": [20 + 15 * k, 30, 80], "rpy_deg": turn.as_euler("xyz", degrees=True).tolist()}
         poses = Dataset.from_arrays(q, station=[f"s{k}"] * count, mount=[f"m{k}"] * count)
@@ -169,6 +173,8 @@ def test_a_target_that_was_turned_between_files_is_calibrated(arm: Robot, rows: 
     assert len(found.outliers) < 5
     shift = next(entry for entry in found.model.spec["effects"] if entry["effect"] == "tool_shift")
     assert shift["target"] == "pose"
+    rotation_vector = [shift["parameters"][f"mount3_r{axis}_rad"]["value"] for axis in "xyz"]
+    assert np.linalg.norm(rotation_vector) == pytest.approx(turned(2).magnitude(), abs=1e-3)
     assert any("turned as well" in note for note in found.notes)
 
 
