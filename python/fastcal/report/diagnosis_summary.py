@@ -70,13 +70,8 @@ def _(found: Diagnosis) -> list[str]:
 def _untestable(found: Diagnosis) -> list[str]:
     """Effects, with the owners where these data show it of others."""
     shown = {one.effect for one in found.smallest} | {one.effect for one in found.effects}
-    owners: dict[str, list[str]] = {}
-    for cause in found.untestable:
-        owners.setdefault(cause.effect, []).append(cause.owner)
-    return [
-        f"{effect} ({', '.join(dict.fromkeys(own))})" if effect in shown else effect
-        for effect, own in sorted(owners.items())
-    ]
+    names = {f"{one.effect}@{one.owner}" if one.effect in shown else one.effect for one in found.untestable}
+    return sorted(names)
 
 
 _JUDGED = {
