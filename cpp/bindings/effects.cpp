@@ -132,9 +132,12 @@ void bind_effects(py::module_& m) {
   m.def(
       "on_branch",
       [](const std::shared_ptr<Effect>& effect, const RobotModel& tree, const std::string& name,
-         const RobotModel& arm) { return std::const_pointer_cast<Effect>(on_branch(effect, tree, name, arm)); },
-      py::arg("effect"), py::arg("tree"), py::arg("name"), py::arg("arm"),
-      "An effect made for an arm alone, on the arm of this name in a cell; InvalidInput where it cannot be.");
+         const RobotModel& arm, int extra, int table) {
+        return std::const_pointer_cast<Effect>(on_branch(effect, tree, name, arm, {.extra = extra, .table = table}));
+      },
+      py::arg("effect"), py::arg("tree"), py::arg("name"), py::arg("arm"), py::arg("extra") = 0, py::arg("table") = 0,
+      "An effect made for an arm alone, on the arm of this name in a cell; InvalidInput where it cannot be. `extra`, "
+      "`table`: columns of these samples that are of the arms before it.");
   m.def(
       "tabulated_effect",
       [](const RobotModel& robot, const std::string& owner,

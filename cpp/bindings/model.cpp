@@ -35,11 +35,13 @@ JointRows lent(const JointPositions& q) {
 }  // namespace
 
 void bind_model(py::module_& m) {
-  py::class_<Samples>(m, "Samples", "N rows of conditions, SI; what is None was not measured.")
-      .def(py::init([](const JointPositions& q, const std::optional<Eigen::VectorXd>& payload,
-                       const std::optional<RowMatrixXd>& wrench, const std::optional<Eigen::VectorXd>& temperature,
-                       const std::optional<Eigen::VectorXd>& time, const std::optional<Eigen::VectorXi>& station,
-                       const std::optional<Eigen::VectorXi>& mount, const std::optional<RowMatrixXd>& approach,
+  py::class_<Samples>(m, "Samples",
+                      "N rows of conditions, SI; what is None was not measured. Of a tree of a arms payload, "
+                      "temperature, station and mount are (N, a), wrench (N, 6 a).")
+      .def(py::init([](const JointPositions& q, const std::optional<RowMatrixXd>& payload,
+                       const std::optional<RowMatrixXd>& wrench, const std::optional<RowMatrixXd>& temperature,
+                       const std::optional<Eigen::VectorXd>& time, const std::optional<RowMatrixXi>& station,
+                       const std::optional<RowMatrixXi>& mount, const std::optional<RowMatrixXd>& approach,
                        const std::optional<RowMatrixXd>& current, const std::optional<RowMatrixXd>& extra,
                        const std::optional<RowMatrixXd>& table) {
              Samples out;
@@ -68,6 +70,9 @@ void bind_model(py::module_& m) {
             return self.slice(begin, end);
           },
           py::arg("begin"), py::arg("end"), "Rows begin ... end - 1.")
+      .def_static("side_by_side", &side_by_side, py::arg("arms"),
+                  "Postures of the arms of a tree, in its order, as the tree's; what an arm does not know is 0 of "
+                  "payloads, wrenches and approaches.")
       .def("__len__", &Samples::count);
 
   py::class_<ErrorModel>(m, "ErrorModel", "A robot with its effects.")
@@ -104,7 +109,7 @@ void bind_model(py::module_& m) {
           "loads",
           [](const ErrorModel& self, const Samples& samples, const Eigen::VectorXd& theta, bool payload_alone,
              int threads) {
-            samples.check(self.robot().joint_count());
+            samples.check(self.robot().tree());
             Samples settled = samples;
             {
               const py::gil_scoped_release release;

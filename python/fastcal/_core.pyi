@@ -387,9 +387,14 @@ class Measurements:
         ...
 class Samples:
     """
-    N rows of conditions, SI; what is None was not measured.
+    N rows of conditions, SI; what is None was not measured. Of a tree of a arms payload, temperature, station and mount are (N, a), wrench (N, 6 a).
     """
-    def __init__(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], *, payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, wrench: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, temperature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, station: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, mount: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"] | None = None, approach: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, current: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, extra: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, table: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None) -> None:
+    @staticmethod
+    def side_by_side(arms: collections.abc.Sequence[Samples]) -> Samples:
+        """
+        Postures of the arms of a tree, in its order, as the tree's; what an arm does not know is 0 of payloads, wrenches and approaches.
+        """
+    def __init__(self, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], *, payload: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, wrench: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, temperature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] | None = None, station: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, n]"] | None = None, mount: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, n]"] | None = None, approach: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, current: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, extra: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None, table: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] | None = None) -> None:
         ...
     def __len__(self) -> int:
         ...
@@ -944,9 +949,9 @@ def observation_names() -> list[str]:
     """
     Names of all kinds of observation, sorted.
     """
-def on_branch(effect: Effect, tree: RobotModel, name: str, arm: RobotModel) -> Effect:
+def on_branch(effect: Effect, tree: RobotModel, name: str, arm: RobotModel, extra: typing.SupportsInt | typing.SupportsIndex = 0, table: typing.SupportsInt | typing.SupportsIndex = 0) -> Effect:
     """
-    An effect made for an arm alone, on the arm of this name in a cell; InvalidInput where it cannot be.
+    An effect made for an arm alone, on the arm of this name in a cell; InvalidInput where it cannot be. `extra`, `table`: columns of these samples that are of the arms before it.
     """
 def posture_obstacles(robot: RobotModel, q: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, keep_out: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]]], region: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]] | None = None, tracker: Tracker | None = None, link_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> list[int]:
     """

@@ -16,11 +16,13 @@ namespace {
 template <class Base>
 class OnBranch : public Base {
  public:
-  OnBranch(std::shared_ptr<const Effect> effect, const Branch& branch, Chain chain)
+  OnBranch(std::shared_ptr<const Effect> effect, const Branch& branch, Chain chain, const ColumnsBefore& before)
       : effect_(std::move(effect)),
+        arm_(branch.arm),
         first_frame_(branch.first_frame),
         first_joint_(branch.first_joint),
         joint_count_(branch.joint_count),
+        before_(before),
         chain_(std::move(chain)),
         weights_(branch.joint_count),
         parameters_(effect_->parameters()) {
@@ -48,12 +50,14 @@ class OnBranch : public Base {
   /// The branch's part of a row. The chain is the arm's as it stands in its file: what is identified since turns an
   /// effect's axes by thousandths.
   State part(const State& state) const {
-    State out = state;
+    State out = state.of_arm(arm_);
     const auto skip = [](auto*& from, int by) { from = from == nullptr ? nullptr : from + by; };
     for (const double** joints : {&out.q, &out.approach, &out.current, &out.output, &out.compliance})
       skip(*joints, first_joint_);
     for (const double** loads : {&out.load, &out.payload_load}) skip(*loads, 6 * first_frame_);
     skip(out.frames, first_frame_);
+    skip(out.extra, before_.extra);
+    skip(out.table, before_.table);
     out.chain = &chain_;
     out.weights = &weights_;
     return out;
@@ -64,7 +68,8 @@ class OnBranch : public Base {
   }
 
   std::shared_ptr<const Effect> effect_;
-  int first_frame_, first_joint_, joint_count_;
+  int arm_, first_frame_, first_joint_, joint_count_;
+  ColumnsBefore before_;
   Chain chain_;
   Weights weights_;  ///< none beside the files': effects that change weights are refused
 
@@ -87,8 +92,9 @@ class AnyOnBranch : public OnBranch<Effect> {
 
 class LinearOnBranch : public OnBranch<LinearEffect> {
  public:
-  LinearOnBranch(const std::shared_ptr<const LinearEffect>& effect, const Branch& branch, Chain chain)
-      : OnBranch(effect, branch, std::move(chain)), linear_(*effect) {}
+  LinearOnBranch(const std::shared_ptr<const LinearEffect>& effect, const Branch& branch, Chain chain,
+                 const ColumnsBefore& before)
+      : OnBranch(effect, branch, std::move(chain), before), linear_(*effect) {}
 
   void basis(const State& state, TwistColumns& columns) const override {
     const std::size_t first = columns.size();
@@ -103,7 +109,7 @@ class LinearOnBranch : public OnBranch<LinearEffect> {
 }  // namespace
 
 std::shared_ptr<const Effect> on_branch(std::shared_ptr<const Effect> effect, const RobotModel& tree,
-                                        const std::string& name, const RobotModel& arm) {
+                                        const std::string& name, const RobotModel& arm, const ColumnsBefore& before) {
   const std::vector<Branch>& branches = tree.tree().branches();
   const auto found = std::find_if(branches.begin(), branches.end(), [&](const auto& b) { return b.name == name; });
   FASTCAL_CHECK(found != branches.end() && found->joint_count == arm.joint_count() && arm.tree().is_serial())
@@ -112,8 +118,8 @@ std::shared_ptr<const Effect> on_branch(std::shared_ptr<const Effect> effect, co
   FASTCAL_CHECK(!effect->is_weight() && (effect->needs() & kBending) == 0)
       << "an effect of " << name << "." << owner << " changes weights or beams, which is for an arm that stands alone";
   if (auto linear = std::dynamic_pointer_cast<const LinearEffect>(effect); linear != nullptr)
-    return std::make_shared<LinearOnBranch>(linear, *found, arm.chain());
-  return std::make_shared<AnyOnBranch>(std::move(effect), *found, arm.chain());
+    return std::make_shared<LinearOnBranch>(linear, *found, arm.chain(), before);
+  return std::make_shared<AnyOnBranch>(std::move(effect), *found, arm.chain(), before);
 }
 
 }  // namespace fastcal

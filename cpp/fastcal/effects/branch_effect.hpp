@@ -12,9 +12,16 @@
 
 namespace fastcal {
 
-/// The effect, made for `arm` alone, on the branch of this name; owners become "name.joint3". Throws InvalidInput where
-/// the tree has no such arm, or for effects of what a cell has not: other weights, payloads, beams.
+/// Columns of Samples::extra and Samples::table that lie before an arm's own: those of the arms before it.
+struct ColumnsBefore {
+  int extra = 0, table = 0;
+};
+
+/// The effect, made for `arm` alone, on the branch of this name; owners become "name.joint3", and conditions are those
+/// of the arm. Throws InvalidInput where the tree has no such arm, or for effects of what a cell has not: weights that
+/// a calibration changes, beams.
 std::shared_ptr<const Effect> on_branch(std::shared_ptr<const Effect> effect, const RobotModel& tree,
-                                        const std::string& name, const RobotModel& arm);
+                                        const std::string& name, const RobotModel& arm,
+                                        const ColumnsBefore& before = {});
 
 }  // namespace fastcal

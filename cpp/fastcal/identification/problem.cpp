@@ -88,7 +88,7 @@ int Problem::workers() const {
 }
 
 void Problem::check() const {
-  samples.check(model.robot().joint_count());
+  samples.check(model.robot().tree());
   FASTCAL_CHECK(measured.rows() == samples.count())
       << "there are " << samples.count() << " rows of conditions and " << measured.rows() << " of measurements";
   FASTCAL_CHECK(measured.number_count() > 0) << "nothing was measured";

@@ -26,7 +26,7 @@ IkResult inverse_kinematics(const ErrorModel& model, const Eigen::Ref<const Eige
                             const IkOptions& options) {
   const int n = model.robot().joint_count();
   const Eigen::Index rows = targets.rows();
-  samples.check(n);
+  samples.check(model.robot().tree());
   FASTCAL_CHECK(samples.count() == rows && targets.cols() == 16)
       << "targets must be (N, 4, 4) with a row of conditions each, got " << rows << " and " << samples.count();
   options.check(n);
@@ -70,7 +70,7 @@ IkResult inverse_kinematics(const ErrorModel& model, const Eigen::Ref<const Eige
 void joint_jacobian(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& theta, const Samples& samples,
                     int threads, double* J) {
   const int n = model.robot().joint_count();
-  samples.check(n);
+  samples.check(model.robot().tree());
   const Chain chain = model.robot().chain(theta.head(model.robot().nominal().size()));
   parallel_chunks(samples.count(), threads, [&](Eigen::Index, Eigen::Index begin, Eigen::Index end) {
     RowEvaluator rows(model, theta);

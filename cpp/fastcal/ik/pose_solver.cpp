@@ -24,7 +24,7 @@ PoseSolver::PoseSolver(ErrorModel model, Samples conditions, IkOptions options)
       options_(checked(std::move(options), joint_count())),
       solver_(model_, theta_, options_),
       frames_(model_, theta_, conditions_) {
-  conditions_.check(joint_count());
+  conditions_.check(model_.robot().tree());
   FASTCAL_CHECK(conditions_.count() == 1) << "conditions must be one row, got " << conditions_.count();
 }
 

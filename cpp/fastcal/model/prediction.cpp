@@ -17,7 +17,7 @@ namespace fastcal {
 namespace {
 
 void check(const ErrorModel& model, const Samples& samples, const Eigen::Ref<const Eigen::VectorXd>& theta) {
-  samples.check_shapes(model.robot().joint_count());
+  samples.check_shapes(model.robot().tree());
   FASTCAL_CHECK(theta.size() == model.parameter_count())
       << "the model has " << model.parameter_count() << " parameters, got " << theta.size();
 }

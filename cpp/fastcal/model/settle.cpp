@@ -98,9 +98,6 @@ double settle(const ErrorModel& model, const Eigen::Ref<const Eigen::VectorXd>& 
   const RobotDescription& robot = model.robot().description();
   samples.chain = std::make_shared<const Chain>(model.robot().chain(theta.head(model.robot().nominal().size())));
   const Chain& chain = *samples.chain;
-  FASTCAL_CHECK(chain.tree->is_arm() ||
-                (samples.wrench.size() == 0 && (samples.payload.size() == 0 || (samples.payload.array() == 0).all())))
-      << "payloads and wrenches are of one arm that stands alone, got a tree of frames";
   const Eigen::Index rows = samples.count();
   const Eigen::Index frames = chain.frame_count();
   samples.gravity = gravity_in_world(robot, chain.constants[kBaseFrame]);

@@ -130,7 +130,7 @@ bool SpringBlock::settle(const Samples& samples, Eigen::Index begin, int rows, i
   bool loaded = false;
   double* payload = payload_.resize(stride);
   for (int i = 0; i < stride; ++i) {
-    payload[i] = samples.payload.size() > 0 && i < rows ? samples.payload[begin + i] : 0;
+    payload[i] = samples.payload.size() > 0 && i < rows ? samples.payload(begin + i, 0) : 0;
     if (payload[i] > 0) payload[i] += payload_mass_;
     loaded |= payload[i] != 0;
   }

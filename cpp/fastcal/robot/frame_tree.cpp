@@ -24,7 +24,7 @@ FrameTree::FrameTree(int joint_count) {
   }
   names.emplace_back("tool");
   joints.push_back(-1);
-  add({"", kWorldFrame, 0, static_cast<int>(names.size()), 0, joint_count}, names, joints);
+  add({"", kWorldFrame, 0, static_cast<int>(names.size()), 0, joint_count}, names, joints, true);
 }
 
 FrameTree::FrameTree(const std::vector<int>& parents) : is_arm_(true) {
@@ -43,7 +43,7 @@ FrameTree::FrameTree(const std::vector<int>& parents) : is_arm_(true) {
     const bool first_on_base = j == 0 && children[0] == 1;
     if (!first_on_base && (parent != j - 1 || children[static_cast<std::size_t>(j)] != 1)) {
       branch.joint_count = j - branch.first_joint;
-      add(branch, names, joints);
+      add(branch, names, joints, false);
       names.clear();
       joints.clear();
       branch = {"joint" + std::to_string(j + 1), parent < 0 ? kBaseFrame : link_frame(parent), 0, 0, j, 0};
@@ -55,7 +55,7 @@ FrameTree::FrameTree(const std::vector<int>& parents) : is_arm_(true) {
   names.emplace_back("tool");
   joints.push_back(-1);
   branch.joint_count = n - branch.first_joint;
-  add(branch, names, joints);
+  add(branch, names, joints, true);
 }
 
 bool FrameTree::follows(int joint) const {
@@ -64,9 +64,11 @@ bool FrameTree::follows(int joint) const {
                                    [frame](const Branch& branch) { return branch.first_frame == frame; });
 }
 
-void FrameTree::add(Branch branch, const std::vector<std::string>& names, const std::vector<int>& joints) {
+void FrameTree::add(Branch branch, const std::vector<std::string>& names, const std::vector<int>& joints,
+                    bool has_tool) {
   branch.first_frame = frame_count();
   branch.frame_count = static_cast<int>(names.size());
+  branch.arm = has_tool ? arm_count_++ : -1;
   const bool is_behind =
       branch.parent == kWorldFrame || (branch.parent < branch.first_frame && end(branch.parent) == branch.first_frame);
   FASTCAL_CHECK(is_behind) << "branch '" << branch.name << "' must stand on the world or on a frame that carries the "

@@ -37,6 +37,7 @@ struct Branch {
   int first_frame = 0, frame_count = 0;
   int first_joint = 0, joint_count = 0;
   int first_parameter = 0, parameter_count = 0;
+  int arm = -1;  ///< counts, from 0, the robots whose flange and tool are its last two frames; -1: not those of any
 
   int end() const { return first_frame + frame_count; }
 };
@@ -51,11 +52,13 @@ class FrameTree {
   /// depth-first order; the tool is on the last link. Joint i has frame joint_frame(i) here too.
   explicit FrameTree(const std::vector<int>& parents);
 
-  /// Adds a branch behind all others; its parent has to be a frame of the branch before or one that this stands on.
+  /// Adds a branch behind all others, and counts it where `has_tool`; its parent has to be a frame of the branch before or one that this stands on.
   /// Throws InvalidInput where the order would not be depth-first or a name is taken.
-  void add(Branch branch, const std::vector<std::string>& names, const std::vector<int>& joints);
+  void add(Branch branch, const std::vector<std::string>& names, const std::vector<int>& joints, bool has_tool);
 
   int frame_count() const { return static_cast<int>(parents_.size()); }
+  int joint_count() const { return static_cast<int>(frames_of_joints_.size()); }
+  int arm_count() const { return arm_count_; }
   int parent(int frame) const { return parents_[static_cast<std::size_t>(frame)]; }
   /// One past the last frame that `frame` carries.
   int end(int frame) const { return ends_[static_cast<std::size_t>(frame)]; }
@@ -81,6 +84,7 @@ class FrameTree {
   std::vector<int> parents_, ends_, joints_, frames_of_joints_;
   std::vector<std::string> names_;
   std::vector<Branch> branches_;
+  int arm_count_ = 0;
   bool is_arm_ = false;
 };
 

@@ -72,7 +72,7 @@ RobotModel join(const std::vector<Member>& members) {
   whole.bodies.clear();
   whole.compensator.reset();
   whole.T_world_base = whole.T_flange_tool = Pose();
-  whole.p_flange_payload.setZero();
+  whole.hands.clear();
   std::vector<double> ratios;
   Eigen::Index joints = 0;
   for (const std::size_t m : order) joints += members[m].robot == nullptr ? 0 : members[m].robot->joint_count();
@@ -98,6 +98,7 @@ RobotModel join(const std::vector<Member>& members) {
       FASTCAL_CHECK(own.passive.empty()) << "'" << member.name
                                          << "' has closed loops, which a robot has that stands alone";
       FASTCAL_CHECK(own.bending == nullptr) << "'" << member.name << "' has beams, which a robot has that stands alone";
+      whole.hands.push_back(own);
       branch.joint_count = robot.joint_count();
       branch.parameter_count = static_cast<int>(robot.parameters_.size());
       for (RobotModel::Step step : robot.steps_) {
@@ -141,7 +142,7 @@ RobotModel join(const std::vector<Member>& members) {
     if (member.robot != nullptr) place(from + branch.parameter_count - 6, kHoldPosition, kHoldRotation);
     for (int k = 0; k < 6; ++k)
       out.parameters_[static_cast<std::size_t>(from + k)].sigma = k < 3 ? member.sigma_position : member.sigma_rotation;
-    tree->add(std::move(branch), frame_names(member), joint_of);
+    tree->add(std::move(branch), frame_names(member), joint_of, member.robot != nullptr);
     if (m == *first) out.tool_ = tree->branches().back().end() - 1;
   }
   whole.motor_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.data(), static_cast<Eigen::Index>(ratios.size()));

@@ -73,16 +73,21 @@ struct Compensator {
   double free_length = 0;                            ///< [m]
 };
 
+/// Where what an arm carries acts on it.
+struct Hand {
+  Eigen::Vector3d p_flange_payload = Eigen::Vector3d::Zero();  ///< [m] where a payload's weight acts
+  WrenchFrame wrench_frame = WrenchFrame::kBase;
+};
+
 /// What every kind of robot file has beside its geometry.
-struct RobotDescription {
+struct RobotDescription : Hand {
   std::vector<JointType> joint_types;
   std::vector<Body> bodies;                                    ///< one a joint; mass 0 where the file gives none
   Pose T_world_base;                                           ///< nominal, from the measuring frame
   Pose T_flange_tool;                                          ///< nominal
-  Eigen::Vector3d p_flange_payload = Eigen::Vector3d::Zero();  ///< [m] where a payload's weight acts
   Eigen::Vector3d gravity{0, 0, -9.80665};                     ///< [m/s^2], in base, or in the measuring frame:
   bool gravity_in_world = false;
-  WrenchFrame wrench_frame = WrenchFrame::kBase;
+  std::vector<Hand> hands;                                     ///< of each arm of a tree of several; empty: its own
   Eigen::MatrixXd coupling;  ///< (n, n) nominal c_ij: joint i turns by c_ij when joint j turns
   std::optional<Compensator> compensator;
   std::shared_ptr<const ArmBending> bending;  ///< the beams of the robot file; null: none
@@ -91,6 +96,9 @@ struct RobotDescription {
   std::vector<int> passive;     ///< joints, ascending, that the loops move
   std::vector<Loop> loops;
   Eigen::VectorXd home;  ///< (n) a posture in which the loops nearly close; where there are passive joints
+
+  /// Of an arm, from 0.
+  const Hand& hand(int arm) const { return hands.empty() ? *this : hands[static_cast<std::size_t>(arm)]; }
 };
 
 /// The chain (or tree) at given parameter values: what a batch loop needs, and nothing else.

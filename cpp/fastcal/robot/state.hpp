@@ -28,7 +28,10 @@ struct Weights {
       : mass(Eigen::VectorXd::Zero(joint_count)), moment(Eigen::Matrix3Xd::Zero(3, joint_count)) {}
 };
 
-/// What one effect may look at. Null or NaN: not given in the data. SI.
+struct Samples;
+
+/// What one effect may look at. Null or NaN: not given in the data. SI. Conditions are those of one arm; of a tree of
+/// several of its first, and of_arm() has the others'.
 struct State {
   const double* q = nullptr;  ///< n joint positions as commanded [rad, m]
   double payload = 0;         ///< [kg]
@@ -42,6 +45,8 @@ struct State {
   const double* current = nullptr;   ///< n motor currents [A]
   const double* extra = nullptr;     ///< columns of the user's own
   const double* table = nullptr;     ///< basis values of effects that a user registered
+  const Samples* samples = nullptr;  ///< whose row it is; null: of none
+  Eigen::Index index = 0;            ///< among these
 
   // What the model itself makes of the row, at the start of an outer iteration (model/settle.hpp); null where no effect
   // asked for it.
@@ -62,18 +67,22 @@ struct State {
   double joint_load(const double* loads, int joint, JointType type) const {
     return loads[6 * joint_frame(joint) + (type == JointType::kRevolute ? 5 : 2)];
   }
+
+  /// The same posture with the payload, temperature, wrench, station and mount of an arm of the tree, from 0.
+  State of_arm(int arm) const;
 };
 
-/// N rows of conditions; what is empty was not measured. `q` is required.
+/// N rows of conditions; what is empty was not measured. `q` is required. Of a tree of a arms what each of them carries
+/// and knows stands side by side, as their joints do.
 struct Samples {
-  JointRows q;                        ///< (N, n)
-  Eigen::VectorXd payload;            ///< (N)
-  RowMatrixXd wrench;                 ///< (N, 6)
-  Eigen::VectorXd temperature, time;  ///< (N)
-  Eigen::VectorXi station, mount;     ///< (N)
-  RowMatrixXd approach, current;      ///< (N, n)
-  RowMatrixXd extra;                  ///< (N, k)
-  RowMatrixXd table;                  ///< (N, k) basis values of effects that a user registered
+  JointRows q;                       ///< (N, n)
+  RowMatrixXd payload, temperature;  ///< (N, a)
+  RowMatrixXd wrench;                ///< (N, 6 a)
+  RowMatrixXi station, mount;        ///< (N, a)
+  Eigen::VectorXd time;              ///< (N)
+  RowMatrixXd approach, current;     ///< (N, n)
+  RowMatrixXd extra;                 ///< (N, k)
+  RowMatrixXd table;                 ///< (N, k) basis values of effects that a user registered
 
   // Filled by settle().
   std::shared_ptr<const Chain> chain;
@@ -92,24 +101,22 @@ struct Samples {
   /// Some rows, with what settle() filled.
   Samples pick(const std::vector<Eigen::Index>& rows) const;
 
-  /// Throws InvalidInput where a table does not fit q or a joint position is not finite.
-  void check(int joint_count) const {
-    check_shapes(joint_count);
+  /// Throws InvalidInput where a table does not fit q or the tree, or a joint position is not finite.
+  void check(const FrameTree& tree) const {
+    check_shapes(tree);
     check_finite(0, count());
   }
   /// The two halves of check(): what the tables are, and what rows begin ... end - 1 hold.
-  void check_shapes(int joint_count) const;
+  void check_shapes(const FrameTree& tree) const;
   void check_finite(Eigen::Index begin, Eigen::Index end) const;
 
   State row(Eigen::Index i) const {
     State s;
     s.q = q.row(i);
-    if (payload.size() > 0) s.payload = payload[i];
-    if (wrench.size() > 0) s.wrench = wrench.row(i).data();
-    if (temperature.size() > 0) s.temperature = temperature[i];
+    s.samples = this;
+    s.index = i;
+    take(s, 0);
     if (time.size() > 0) s.time = time[i];
-    if (station.size() > 0) s.station = station[i];
-    if (mount.size() > 0) s.mount = mount[i];
     if (approach.size() > 0) s.approach = approach.row(i).data();
     if (current.size() > 0) s.current = current.row(i).data();
     if (extra.size() > 0) s.extra = extra.row(i).data();
@@ -130,6 +137,26 @@ struct Samples {
     if (bending.size() > 0) s.bending = bending.row(i).data();
     return s;
   }
+
+  /// Puts an arm's conditions of its row into `s`.
+  void take(State& s, int arm) const {
+    if (payload.size() > 0) s.payload = payload(s.index, arm);
+    if (wrench.size() > 0) s.wrench = wrench.row(s.index).data() + Eigen::Index{6} * arm;
+    if (temperature.size() > 0) s.temperature = temperature(s.index, arm);
+    if (station.size() > 0) s.station = station(s.index, arm);
+    if (mount.size() > 0) s.mount = mount(s.index, arm);
+  }
 };
+
+inline State State::of_arm(int arm) const {
+  State out = *this;
+  if (samples != nullptr) samples->take(out, arm);
+  return out;
+}
+
+/// The postures of a tree's arms, in its order, as postures of the tree. What an arm does not know is 0 of payloads,
+/// wrenches and approaches, -1 of labels, NaN of the rest; the columns in `extra` and `table` follow each other. `time`
+/// is that of the first arm that has one. Throws InvalidInput where there is no arm or the counts of rows differ.
+Samples side_by_side(const std::vector<Samples>& arms);
 
 }  // namespace fastcal

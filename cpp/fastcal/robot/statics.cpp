@@ -36,23 +36,24 @@ struct Wrench {
   }
 };
 
-Wrench payload_wrench(const RobotDescription& robot, const std::vector<Pose>& T_world_frame, const State& state,
-                      const Eigen::Vector3d& gravity) {
-  const Pose& base = T_world_frame.front();
-  const Pose& flange = T_world_frame[T_world_frame.size() - 2];
-  const Pose& tool = T_world_frame.back();
-  const Eigen::Vector3d at = flange * robot.p_flange_payload;
+/// Of the arm that ends with a branch, whose conditions `state` has.
+Wrench payload_wrench(const Hand& hand, const Pose& base, const Branch& branch, const std::vector<Pose>& T_world_frame,
+                      const State& state, const Eigen::Vector3d& gravity) {
+  const auto last = static_cast<std::size_t>(branch.end() - 1);
+  const Pose& flange = T_world_frame[last - 1];
+  const Pose& tool = T_world_frame[last];
+  const Eigen::Vector3d at = flange * hand.p_flange_payload;
   Wrench out;
   if (state.payload > 0 && state.weights != nullptr) {
     out.add((state.payload + state.weights->payload_mass) * gravity,
-            flange * (robot.p_flange_payload + state.weights->payload_shift));
+            flange * (hand.p_flange_payload + state.weights->payload_shift));
   } else {
     out.add(state.payload * gravity, at);
   }
   if (state.wrench != nullptr) {
-    const Eigen::Matrix3d& R = robot.wrench_frame == WrenchFrame::kBase     ? base.R
-                               : robot.wrench_frame == WrenchFrame::kFlange ? flange.R
-                                                                            : tool.R;
+    const Eigen::Matrix3d& R = hand.wrench_frame == WrenchFrame::kBase     ? base.R
+                               : hand.wrench_frame == WrenchFrame::kFlange ? flange.R
+                                                                           : tool.R;
     out.add(R * Eigen::Map<const Eigen::Vector3d>(state.wrench), at);
     out.moment += R * Eigen::Map<const Eigen::Vector3d>(state.wrench + 3);
   }
@@ -84,18 +85,30 @@ Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const st
 void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame,
                  const State& state, const Eigen::Vector3d& gravity, double* load, double* payload_load) {
   const FrameTree& tree = *chain.tree;
-  const Wrench payload = tree.is_arm() ? payload_wrench(robot, T_world_frame, state, gravity) : Wrench();
-  const bool carries = !payload.force.isZero(0) || !payload.moment.isZero(0);
-  const int tool = tree.frame_count() - 1;
-  if (carries && !tree.is_serial()) std::fill(payload_load, payload_load + 6 * tree.frame_count(), 0.0);
-  std::vector<Wrench> on(tree.branches().size() > 1 ? T_world_frame.size() : 0);  // by other branches, by frame
+  struct Carried {
+    Wrench all, payloads;
+  };
+  std::vector<Carried> on(tree.branches().size() > 1 ? T_world_frame.size() : 0);  // by other branches, by frame
+  bool carries = false;  // any arm so far
+  if (!on.empty()) std::fill(payload_load, payload_load + 6 * tree.frame_count(), 0.0);
   for (std::size_t b = tree.branches().size(); b-- > 0;) {
     const Branch& branch = tree.branches()[b];
-    Wrench sum;
+    Wrench sum, held, payload;
+    if (branch.arm >= 0) {
+      const Pose& base = T_world_frame[static_cast<std::size_t>(tree.is_arm() ? kBaseFrame : branch.first_frame)];
+      const auto hung = [&](const State& own) {
+        return payload_wrench(robot.hand(branch.arm), base, branch, T_world_frame, own, gravity);
+      };
+      payload = branch.arm == 0 ? hung(state) : hung(state.of_arm(branch.arm));
+      carries = carries || !payload.force.isZero(0) || !payload.moment.isZero(0);
+    }
     for (int frame = branch.end() - 1; frame >= branch.first_frame; --frame) {
       const auto f = static_cast<std::size_t>(frame);
       const Pose& T = T_world_frame[f];
-      if (!on.empty()) sum.add(on[f]);
+      if (!on.empty()) {
+        sum.add(on[f].all);
+        held.add(on[f].payloads);
+      }
       if (const int joint = tree.joint(frame); joint >= 0) {
         const auto i = static_cast<std::size_t>(joint);
         const Body& body = robot.bodies[i];
@@ -105,13 +118,19 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
         if (mass != 0 || !moment.isZero(0)) sum.add_weight(mass, moment, T * chain.body_frames[i], gravity);
       }
       sum.write(T, load + 6 * frame);
-      if (carries && frame != tool && tree.carries(frame, tool)) payload.write(T, payload_load + 6 * frame);
+      if (carries) held.write(T, payload_load + 6 * frame);
       // The payload hangs behind the flange.
-      if (frame == tool) sum.add(payload);
+      if (branch.arm >= 0 && frame == branch.end() - 1) {
+        sum.add(payload);
+        held.add(payload);
+      }
     }
-    if (branch.parent != kWorldFrame) on[static_cast<std::size_t>(branch.parent)].add(sum);
+    if (branch.parent != kWorldFrame) {
+      on[static_cast<std::size_t>(branch.parent)].all.add(sum);
+      on[static_cast<std::size_t>(branch.parent)].payloads.add(held);
+    }
   }
-  std::fill(payload_load + (carries ? 6 * (tree.frame_count() - 1) : 0), payload_load + 6 * tree.frame_count(), 0.0);
+  if (!carries && on.empty()) std::fill(payload_load, payload_load + 6 * tree.frame_count(), 0.0);
   if (robot.compensator) {
     const double scale = state.weights != nullptr ? 1 + state.weights->spring_scale : 1;
     Eigen::Map<Vector6d>(load + 6 * tree.frame_of_joint(robot.compensator->joint)) +=

@@ -23,9 +23,9 @@ Eigen::Vector3d gravity_in_world(const RobotDescription& robot, const Pose& T_wo
 Vector6d spring_load(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame);
 
 /// Loads on all frames, 6 each: force and moment of all beyond the frame, in its axes, about its origin [N, N m].
-/// What stands on a frame weighs on it. The payload hangs behind the flange: the tool frame carries nothing; a tree of
-/// several branches has none. State::weights are part of it where they are given. `load`: everything; `payload_load`:
-/// payload and wrench alone. Both have 6 * Chain::twist_count() numbers, those of
+/// What stands on a frame weighs on it. An arm's payload hangs behind its flange: its tool carries nothing of it, the
+/// arm that it stands on does. State::weights are part of it where they are given. `load`: everything; `payload_load`:
+/// payloads and wrenches alone. Both have 6 * Chain::twist_count() numbers, those of
 /// loops as they are.
 void frame_loads(const RobotDescription& robot, const Chain& chain, const std::vector<Pose>& T_world_frame,
                  const State& state, const Eigen::Vector3d& gravity, double* load, double* payload_load);

@@ -98,9 +98,22 @@ TEST(FrameTree, LoadsAddUpToTheParent) {
     const RobotDescription& description = robot.description();
     const Chain chain = robot.chain();
     std::vector<Pose> frames;
-    const auto energy = [&](const Eigen::VectorXd& q) {  // less the work of gravity, m g . p
+    Samples samples;
+    samples.q = random.values(robot.joint_count(), 2).transpose();
+    samples.payload = RowMatrixXd::NullaryExpr(1, 5, [&] { return random.chance(0.5) ? 0 : random.uniform(1, 20); });
+    const auto payload_energy = [&](const Eigen::VectorXd& q) {  // less the work of gravity, m g . p
       forward(chain, q.data(), nullptr, frames);
       double sum = 0;
+      for (const Branch& branch : robot.tree().branches()) {
+        if (branch.arm < 0) continue;
+        const Pose& flange = frames[static_cast<std::size_t>(branch.end() - 2)];
+        sum += samples.payload(0, branch.arm) *
+               description.gravity.dot(flange * description.hand(branch.arm).p_flange_payload);
+      }
+      return sum;
+    };
+    const auto energy = [&](const Eigen::VectorXd& q) {
+      double sum = payload_energy(q);
       for (int j = 0; j < robot.joint_count(); ++j) {
         const auto k = static_cast<std::size_t>(j);
         const Pose& T = frames[static_cast<std::size_t>(robot.tree().frame_of_joint(j))];
@@ -109,19 +122,23 @@ TEST(FrameTree, LoadsAddUpToTheParent) {
       }
       return sum;
     };
-    const Eigen::VectorXd q = random.values(robot.joint_count(), 2);
+    const Eigen::VectorXd q = samples.q.table().transpose();
+    const State state = samples.row(0);
     forward(chain, q.data(), nullptr, frames);
-    State state;
-    state.q = q.data();
     std::vector<double> load(6 * frames.size()), payload(load.size());
     frame_loads(description, chain, frames, state, description.gravity, load.data(), payload.data());
     constexpr double h = 1e-3;
     for (int j = 0; j < robot.joint_count(); ++j) {
       const Eigen::VectorXd d = h * Eigen::VectorXd::Unit(q.size(), j);
-      const double wanted = (8 * (energy(q + d) - energy(q - d)) - (energy(q + 2 * d) - energy(q - 2 * d))) / (12 * h);
+      const auto slope = [&](const auto& of) {
+        return (8 * (of(q + d) - of(q - d)) - (of(q + 2 * d) - of(q - 2 * d))) / (12 * h);
+      };
+      const double wanted = slope(energy), hung = slope(payload_energy);
       const bool turns = description.joint_types[static_cast<std::size_t>(j)] == JointType::kRevolute;
       const int frame = robot.tree().frame_of_joint(j);
-      ASSERT_NEAR(load[static_cast<std::size_t>(6 * frame + (turns ? 5 : 2))], wanted, 1e-7 * (1 + std::abs(wanted)));
+      const auto at = static_cast<std::size_t>(6 * frame + (turns ? 5 : 2));
+      ASSERT_NEAR(load[at], wanted, 1e-7 * (1 + std::abs(wanted)));
+      ASSERT_NEAR(payload[at], hung, 1e-7 * (1 + std::abs(hung)));
     }
   }
 }

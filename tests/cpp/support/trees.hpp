@@ -25,6 +25,7 @@ inline std::vector<Member> random_members(Random& random, int arms) {
     const RobotModel bare = build(kKinds4[static_cast<std::size_t>(a % 4)], tables);
     RobotDescription description = bare.description();
     for (Body& body : description.bodies) body = {random.uniform(1, 9), random.vector(0.3), Eigen::Matrix3d::Zero()};
+    description.p_flange_payload = random.vector(0.3);
     Member member;
     member.name = "arm" + std::to_string(a);
     member.robot =

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Trees of frames against pinocchio: poses, Jacobians of the joints and gravity torques of robots with several tips."""
+"""Trees of frames against pinocchio: poses, Jacobians and torques of gravity, payloads too, of several tips."""
 
 import sysconfig
 from pathlib import Path
@@ -84,15 +84,21 @@ def check(urdf: Path, folder: Path) -> None:
     cell = cell_of(urdf, folder)
     model = pinocchio.buildModelFromUrdf(str(urdf))
     model.gravity = pinocchio.Motion(np.array([0.0, 0.0, -9.80665]), np.zeros(3))
+    tips = {f"arm{i}": tip for i, tip in enumerate(ends(urdf.read_text(encoding="utf-8"))[1])}
+    tips |= {arm.name: arm.name for arm in cell.arms if arm.name not in tips}
+    rng = np.random.default_rng(len(cell.core.branches))
+    payload = rng.uniform(0, 9, len(cell.arms)) * rng.integers(0, 2, len(cell.arms))  # kg, in the order of the tree
+    for of, mass in zip(cell.core.branches, payload, strict=True):
+        end = model.frames[model.getFrameId(tips[of.name])]
+        model.appendBodyToJoint(end.parentJoint, pinocchio.Inertia(mass, np.zeros(3), np.zeros((3, 3))), end.placement)
     data = model.createData()
     joints = [joint for of in cell.core.branches for joint in cell.arm(of.name).robot.spec["joints"]]
     turns = [joint["type"] == "revolute" for joint in joints]
     q = np.random.default_rng(len(joints)).uniform(-1, 1, (ROWS, len(joints)))
     theta = cell.model.start
-    loads = np.asarray(cell.model.loads(_core.Samples(q), theta))
+    loads = np.asarray(cell.model.loads(_core.Samples(q, payload=np.tile(payload, (ROWS, 1))), theta))
     frames = [f for f in range(cell.core.frame_count) if ".joint" in cell.core.frame_name(f)]
     parameters = {(p.owner, p.name): i for i, p in enumerate(cell.core.parameters)}
-    tips = dict(zip((f"arm{i}" for i in range(len(joints))), ends(urdf.read_text(encoding="utf-8"))[1], strict=False))
     for row in range(ROWS):
         at, place = pinocchio.neutral(model), []
         for joint, value in zip(joints, q[row], strict=True):
@@ -105,7 +111,7 @@ def check(urdf: Path, folder: Path) -> None:
         held = pinocchio.computeGeneralizedGravity(model, data, at)
         one = _core.Samples(q[row : row + 1])
         for arm in cell.arms:
-            frame = model.getFrameId(tips.get(arm.name, arm.name))
+            frame = model.getFrameId(tips[arm.name])
             found = np.asarray(cell.model.predict(one, theta, of=arm.flange))[0]
             assert np.abs(found - data.oMf[frame].homogeneous).max() < 1e-12
             J = np.asarray(cell.model.parameter_jacobian(one, theta, rows=6, of=arm.flange))[0]
