@@ -7,7 +7,8 @@ postures with noise, positions and orientations of the targets from the world. W
 matter of noise, and what a held one is off moves into others: so the truth of a set is what the same readings with a
 thousandth of their noise give for the very same parameters. (A sensor on an arm is placed in closed form first, and
 what the gauge then holds depends on the noise: it is left out.) A turntable in its own cell is placed by twelve
-readings.
+readings. In a further set, drawn apart, each arm carries 10 kg in half of its postures, reached from either side, and a
+joint of the left one is compliant and another has backlash.
 
     python bench/python/bench_coverage_cells.py [--sets 20] [--jobs N] [--first 0] [--out FILE]
 """
@@ -29,6 +30,7 @@ from fastcal.cells.place import place_axis
 from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import simulate_cell
 from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
 from fastcal.place import place_of
 from fastcal.robot.robot import Robot
 
@@ -37,7 +39,9 @@ FloatArray = NDArray[np.float64]
 POSTURES, TOUCHES = 150, 12
 NOISE, NOISE_TURN, FAINT = 3e-5, 1e-4, 1e-3  # [m, rad] of a reading; share of it in the truth
 VIEWS = ("smr", "tag")
-PARTS = ("arms", "places", "turns", "axis", "ratio")
+PARTS = ("arms", "places", "turns", "axis", "ratio", "effects")
+PAYLOAD = 10.0  # [kg] on a flange, or nothing
+HIDDEN = {"joint_compliance": ("compliance_rad_nm", 1e-6), "backlash": ("gap_rad", 2e-4)}  # of an effect, how large
 ZERO = {"xyz_mm": [0.0, 0.0, 0.0], "rpy_deg": [0.0, 0.0, 0.0]}
 
 
@@ -93,6 +97,47 @@ def trial(seed: int) -> dict[str, list[tuple[float, bool]]] | None:
         out[part_of(p.owner, p.unit)].append((off, bool(abs(off) <= within)))
     for part, own in placed(random, seed).items():
         out[part] += own
+    out["effects"] = carried(seed)
+    return out
+
+
+def carried(seed: int) -> list[tuple[float, bool]]:
+    """Misses of what an arm's loads and approaches set, the other arm with payloads of its own; none: no fit."""
+    random = np.random.default_rng([46, seed])
+    owners = [f"joint{joint + 1}" for joint in random.permutation(4)[:2] + 1]
+    sizes = [random.uniform(0.5, 2) * size for _, size in HIDDEN.values()]
+
+    def cell(sizes: list[float]) -> Cell:
+        entries = [
+            {"effect": effect, "owner": owner, "parameters": {name: {"value": size, "std": None}}}
+            for (effect, (name, _)), owner, size in zip(HIDDEN.items(), owners, sizes, strict=True)
+        ]
+        plain = two_arms()
+        arms = (replace(of, robot=of.robot.with_(effects=entries)) if of.name == "left" else of for of in plain.arms)
+        return replace(plain, arms=tuple(arms))
+
+    true = cell(sizes)
+    start = np.asarray(true.model.start)
+    off = 0.5 * random.standard_normal(len(true.core.nominal)) * [p.sigma for p in true.core.parameters]
+    true = true.with_values(start + np.pad(off, (0, len(start) - len(off))))
+    q = random.uniform(-1.5, 1.5, (POSTURES, len(true.joint_columns)))
+    arms = {}
+    for of in (branch for branch in true.core.branches if branch.joint_count):
+        payload = PAYLOAD * random.integers(0, 2, POSTURES) * (of.joint_count > 1)
+        approach = random.choice([-1.0, 1.0], (POSTURES, of.joint_count))
+        own = q[:, of.first_joint : of.first_joint + of.joint_count]
+        arms[of.name] = Dataset.from_arrays(own, payload=payload, approach=approach)
+    sent = Readings(q, {}, "q", arms=arms)
+    noise: dict[str, Any] = {"noise": NOISE, "noise_rotation": NOISE_TURN, "seed": seed}
+    found = calibrate_cell(cell([0.0, 0.0]), simulate_cell(true, sent, VIEWS, **noise), effects=True)
+    if found.status != "converged" or found.held:
+        return []
+    within = float(student.ppf(0.975, found.degrees_of_freedom))
+    out = []
+    for (_, (name, _)), size in zip(HIDDEN.items(), sizes, strict=True):
+        (p,) = (p for p in found.parameters if p.name == name and p.std)
+        miss = (p.value - size) / p.std
+        out.append((miss, bool(abs(miss) <= within)))
     return out
 
 

@@ -64,7 +64,7 @@ def trial(seed: int) -> dict[str, list[tuple[float, bool]]] | None:
     for view in VIEWS:
         J = np.asarray(model.parameter_jacobian(_core.Samples(asked), model.start, rows=6, of=view))
         std = np.linalg.norm(J @ L, axis=2)
-        there, truth = view_poses(found.cell, asked, view), view_poses(true, asked, view)
+        there, truth = (view_poses(of, Readings(asked, {}, ""), view) for of in (found.cell, true))
         moved = truth[:, :3, 3] - there[:, :3, 3]
         turned = [_core.log_so3(R @ own.T) for R, own in zip(truth[:, :3, :3], there[:, :3, :3], strict=True)]
         for part, off, of in (("points", moved, std[:, :3]), ("turns", np.array(turned), std[:, 3:])):

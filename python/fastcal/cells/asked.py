@@ -78,7 +78,7 @@ def with_effects(cell: Cell, text: str) -> Cell:
         text: `geometry,joint_compliance,gear_harmonic@left.joint4:order=2`; a name alone is meant of all arms.
 
     Raises:
-        InvalidInput: The geometry is not among them, a name or owner is unknown, or postures of a cell cannot tell one.
+        InvalidInput: The geometry is not among them, a name or owner is unknown, or one changes weights or beams.
     """
     items = [item.strip() for item in text.split(",")]
     if "geometry" not in items:
@@ -92,7 +92,7 @@ def with_effects(cell: Cell, text: str) -> Cell:
         own_name = name if place is None else f"{name}@{replace(place, arm='')}"
         asked = [f"{own_name}{colon}{options}"]
         cell = replace(cell, arms=tuple(_with_asked(arm, asked, place) for arm in cell.arms))
-    cell.model  # noqa: B018  which says whether postures of a cell can tell them
+    cell.model  # noqa: B018  which says whether they can be in a cell
     return cell
 
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.moving_rig import gravity_of
-from fastcal.effects.entries import conditions_read, label, own_columns
+from fastcal.effects import registered
+from fastcal.effects.entries import extra_columns, label, table_width
 from fastcal.effects.values import parameter_values
 from fastcal.errors import InvalidInput
 from fastcal.place import joint_position
@@ -133,15 +134,22 @@ class Cell:
     @cached_property
     def model(self) -> _core.ErrorModel:
         """The tree with the effects of its arms, as their files have them."""
+        before: dict[str, dict[str, int]] = {}
+        extra = table = 0
+        for branch in (of for of in self.core.branches if of.joint_count):
+            before[branch.name] = {"extra": extra, "table": table}
+            entries = self.arm(branch.name).robot.entries
+            extra, table = extra + len(extra_columns(entries)), table + table_width(entries)
         effects, values = [], []
         for arm in self.arms:
             for entry, effect in zip(arm.robot.entries, arm.robot.effects, strict=True):
-                if needed := [*own_columns(entry), *conditions_read(entry, effect)]:
+                own = registered.find(entry["effect"])
+                if own is not None and own.follows_loads:
                     raise InvalidInput(
-                        f"arm {arm.name}: {label(entry)} follows {needed[0]}, and postures of a cell have joint "
-                        "positions alone"
+                        f"arm {arm.name}: {label(entry)} is written in Python and follows loads, which are those of an "
+                        "arm that stands alone"
                     )
-                effects.append(_core.on_branch(effect, self.core, arm.name, arm.robot.core))
+                effects.append(_core.on_branch(effect, self.core, arm.name, arm.robot.core, **before[arm.name]))
                 values += parameter_values(entry, effect)
         return _core.ErrorModel(self.core, effects, np.asarray(values, dtype=float))
 

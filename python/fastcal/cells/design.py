@@ -182,7 +182,7 @@ def _rows(
     measured, model = pool.measured(cell), cell.model
     noise = [sigma_rotation or 1.0 if of.unit == "rad" else sigma for of in measured.observations]
     theta = np.append(np.asarray(model.start), np.zeros(len(measured.parameters)))
-    near = _core.linearize(model, pool.samples(), measured, theta, noise, threads)
+    near = _core.linearize(model, pool.samples(cell), measured, theta, noise, threads)
     turns = np.zeros(measured.number_count, dtype=bool)
     for of in measured.observations:
         turns[of.first_number : of.first_number + of.reading_count * len(of.components)] = of.unit == "rad"

@@ -78,7 +78,7 @@ def diagnose_cell(
         ways.append(WayDiagnosis(way, found))
     effects = _merged(ways, bool(exclude))
     notify("calibrating the cell with the effects found")
-    with_effects, notes = _with_effects(cell, ways, effects)
+    with_effects, notes = _with_effects(cell, readings, ways, effects)
     is_sure = all(of.finding.grade != "C" for of in effects)
     given: dict[str, Any] = {"exclude": exclude, "mend": mend, "threads": threads}
     written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
@@ -187,7 +187,9 @@ def _likens(each: WayDiagnosis, effect: str, owner: str) -> bool:
     return any((effect, owner) == (way.told(e), way.owner(o)) for f in each.found.effects for e, o in f.equivalents)
 
 
-def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[CellFinding]) -> tuple[Cell, list[str]]:
+def _with_effects(
+    cell: Cell, readings: Readings, ways: Sequence[WayDiagnosis], effects: Sequence[CellFinding]
+) -> tuple[Cell, list[str]]:
     """The cell whose arms have the causes that are sure; notes on those that its postures cannot tell."""
     notes = []
     for of in effects:
@@ -209,7 +211,8 @@ def _with_effects(cell: Cell, ways: Sequence[WayDiagnosis], effects: Sequence[Ce
         arms = tuple(replace(each, robot=there) if each.name == arm.name else each for each in cell.arms)
         tried = replace(cell, arms=arms)
         try:
-            tried.model  # noqa: B018  which says whether postures of a cell can tell it
+            tried.model  # noqa: B018  which says whether it can be in a cell
+            readings.samples(tried)  # and this whether these postures have what it needs
         except InvalidInput as error:
             notes.append(f"{label(of.entry)} of {arm.name} is not in model.yaml: {error}")
             continue

@@ -59,7 +59,7 @@ def unknowns_as_they_are(cell: Cell, readings: Readings) -> FloatArray:
     own = [i for i, of in enumerate(parameters) if not is_of_rig(of)]
     if own:
         others = replace(readings, tables={name: of for name, of in readings.tables.items() if name != CORNERS})
-        out[own] = _core.start_unknowns(cell.model, others.samples(), others.measured(cell))
+        out[own] = _core.start_unknowns(cell.model, others.samples(cell), others.measured(cell))
     return out
 
 
@@ -80,7 +80,7 @@ def _views(cell: Cell, readings: Readings) -> dict[str, tuple[Kind, FloatArray]]
     """Kind and numbers (N, readings, c) of each view; corners of each camera and board are one."""
     model, measured = cell.model, readings.measured(cell)
     as_it_is = np.append(np.asarray(model.start), unknowns_as_they_are(cell, readings))
-    r = np.asarray(_core.residuals(model, readings.samples(), measured, as_it_is))
+    r = np.asarray(_core.residuals(model, readings.samples(cell), measured, as_it_is))
     out = {}
     for of in measured.observations:
         part = r[:, of.first_number : of.first_number + len(of.components)]

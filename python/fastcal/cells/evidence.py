@@ -85,7 +85,7 @@ class Near:
         threads: int = 1,
     ) -> Near:
         """At theta (T,), by columns G (T, u), whitened by `noise` of each kind of observation."""
-        near = _core.linearize(cell.model, readings.samples(), measured, theta, noise, threads)
+        near = _core.linearize(cell.model, readings.samples(cell), measured, theta, noise, threads)
         r, row, J = np.asarray(near.r), np.asarray(near.row), np.asarray(near.J)
         zeros = [column for _, _, kind, column in joint_zeros(cell, len(theta)) if kind == "revolute"]
         E, J = J @ np.reshape(zeros, (-1, len(theta))).T, J @ G

@@ -188,7 +188,7 @@ def _identified(
         if max(asked, default=0) >= len(cell.core.nominal)
         else {}
     )
-    return _core.identify(cell.model, readings.samples(), measured, **given)
+    return _core.identify(cell.model, readings.samples(cell), measured, **given)
 
 
 def there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:

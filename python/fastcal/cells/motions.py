@@ -32,7 +32,7 @@ def stands_at(cell: Cell, readings: Readings) -> FloatArray:
         Undetermined: Fewer than three, or on a line.
     """
     views = [view for view in readings.views if ":" not in view and f"position@{view}" in readings.tables]
-    predicted = [view_poses(cell, readings.q, view)[:, :3, 3] for view in views]
+    predicted = [view_poses(cell, readings, view)[:, :3, 3] for view in views]
     none = np.zeros((0, 3))
     measured = [none, *(readings.tables[f"position@{view}"] for view in views)]
     return rigid(np.concatenate([none, *predicted]), np.concatenate(measured), readings.source)

@@ -19,12 +19,14 @@ import numpy as np
 from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.readings import Readings
 from fastcal.conversion.joined import joined
+from fastcal.measurements.conditions import condition_columns
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, joint_position, place_of
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Entry, Spec
 
 _NOUNS = {"joint": "joint", "link": "link", "Gelenk": "joint", "Glied": "link"}  # as pages say them
+_OF_AN_ARM = ("payload", "wrench", "temperature", "time", "station", "mount", "extra")  # and not of a joint
 _OF_THE_LAST = ("robot", "payload", "structure")  # owners that are the arm's that carries the target
 
 
@@ -119,14 +121,27 @@ class Way:
         return re.sub(rf"\b({'|'.join(_NOUNS)})[ \N{{NO-BREAK SPACE}}]?(\d+)\b", named, text)
 
     def rows(self, cell: Cell, readings: Readings) -> Dataset:
-        """The postures of a cell as the way's own: its joints, and what was read of its target."""
+        """The postures of a cell as the way's own: its joints and conditions, and what was read of its target."""
         names = [titles[0] for titles in cell.joint_columns]
         own = [names.index(arm.joint_columns[index][0]) for arm, index in self.joints]
         fields = ("position", "rotation", "sigma_position", "sigma_rotation")
         given: dict[str, Any] = {field: readings.tables.get(f"{field}@{self.name}") for field in fields}
         seen = {name.partition("@")[0]: of for name, of in readings.tables.items() if name.endswith(f"@{self.name}")}
         given["observed"] = {field: table for field, table in seen.items() if field not in fields}
+        given |= self._conditions(readings)
         return Dataset.from_arrays(np.ascontiguousarray(readings.q[:, own]), source=readings.source, **given)
+
+    def _conditions(self, readings: Readings) -> dict[str, Any]:
+        """Those of each joint from its own arm, all others, payloads too, from the arm that carries the target."""
+        arms = {name: condition_columns(data) for name, data in readings.arms.items()}
+        if not all(arm.name in arms for arm, _ in self.joints):
+            return {}
+        out = {name: arms[self.arms[-1].name][name] for name in _OF_AN_ARM}
+        for name in ("approach", "current"):
+            columns = [(arms[arm.name][name], index) for arm, index in self.joints]
+            if all(table is not None for table, _ in columns):
+                out[name] = np.column_stack([table[:, index] for table, index in columns])
+        return out
 
     @cached_property
     def titles(self) -> dict[str, str]:

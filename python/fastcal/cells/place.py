@@ -146,7 +146,7 @@ def _placed(cell: Cell, readings: Readings, names: list[str], axis: str | None, 
         asked = [*asked, ratio]
     found = _core.identify(
         model,
-        readings.samples(),
+        readings.samples(cell),
         measured,
         asked=asked,
         loss="huber",
@@ -265,7 +265,7 @@ def _started(cell: Cell, readings: Readings, name: str, views: list[str]) -> Cel
 
 def _points(cell: Cell, readings: Readings, arm: Arm, view: str) -> FloatArray:
     """(N, 3) what was read, in the frame that the arm stands on [m]."""
-    samples = readings.samples()
+    samples = readings.samples(cell)
 
     def world(frame: str) -> FloatArray:
         if frame in ("", "world"):

@@ -16,7 +16,7 @@ after integrating the places out (REML: D. Harville, "Maximum likelihood approac
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg, optimize
@@ -118,7 +118,7 @@ def _rows(cell: Cell, readings: Readings, theta: FloatArray, free: Sequence[int]
     """At theta (T,), of the rows that hold all numbers; None from too few."""
     measured = readings.measured(cell)
     near = _core.linearize(
-        cell.model, readings.samples(), measured, theta, [1.0] * len(measured.observations), threads
+        cell.model, readings.samples(cell), measured, theta, [1.0] * len(measured.observations), threads
     )
     row, number = (np.asarray(of, dtype=np.intp) for of in (near.row, near.number))
     count = int(number.max(initial=-1)) + 1
@@ -145,7 +145,7 @@ def _turned(
     cell: Cell, readings: Readings, measured: _core.Measurements, theta: FloatArray, threads: int
 ) -> FloatArray:
     """(N, m, 3) how each number moves as the flange of each arm of poses turns in its own axes, all arms alike."""
-    here = np.asarray(_core.residuals(cell.model, readings.samples(), measured, theta, threads))
+    here = np.asarray(_core.residuals(cell.model, readings.samples(cell), measured, theta, threads))
     out = np.zeros((*here.shape, 3))
     first = 0
     for arm in cell.arms:
@@ -154,6 +154,7 @@ def _turned(
         for axis in range(3) if arm.of_poses else ():
             q = readings.q.copy()
             q[:, own] = turned_joints(readings.q[:, own], _STEP * np.eye(3)[axis])
-            there = np.asarray(_core.residuals(cell.model, _core.Samples(q), measured, theta, threads))
+            samples = replace(readings, q=q).samples(cell)
+            there = np.asarray(_core.residuals(cell.model, samples, measured, theta, threads))
             out[:, :, axis] += (there - here) / _STEP
     return out

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.moving_rig import Postures, moving_rig
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell, Distance
+from fastcal.errors import InvalidInput
+from fastcal.measurements.conditions import condition_columns
+from fastcal.measurements.dataset import Dataset
 from fastcal.robot.rig import has_rig, pictures
 from fastcal.units import to_si
 
@@ -31,6 +34,7 @@ class Readings:
         notes: What a reader should know, a sentence each.
         speed: (N, n) of the joints when a posture was read [rad/s, m/s], NaN where unknown.
         row: (N,) place in the order of measuring among the postures that a cell is fitted to; None: not known.
+        arms: Of arms their conditions, such as payload, temperature and approach, in data sets that hold nothing read.
     """
 
     q: FloatArray
@@ -39,6 +43,7 @@ class Readings:
     notes: tuple[str, ...] = ()
     speed: FloatArray | None = None
     row: IntArray | None = None
+    arms: Mapping[str, Dataset] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.q)
@@ -54,7 +59,8 @@ class Readings:
         tables = {name: np.ascontiguousarray(table[rows]) for name, table in self.tables.items()}
         speed = None if self.speed is None else np.ascontiguousarray(self.speed[rows])
         row = None if self.row is None else np.ascontiguousarray(self.row[rows])
-        return replace(self, q=np.ascontiguousarray(self.q[rows]), tables=tables, speed=speed, row=row)
+        arms = {name: data.select(rows) for name, data in self.arms.items()}
+        return replace(self, q=np.ascontiguousarray(self.q[rows]), tables=tables, speed=speed, row=row, arms=arms)
 
     @property
     def in_order(self) -> Readings:
@@ -70,9 +76,25 @@ class Readings:
                 tables[name][list(own)] = np.nan
         return replace(self, tables=tables)
 
-    def samples(self) -> _core.Samples:
-        """The postures for the core."""
-        return _core.Samples(self.q)
+    def samples(self, cell: Cell) -> _core.Samples:
+        """The postures for the core, each arm in its own conditions.
+
+        Raises:
+            InvalidInput: An effect of an arm needs a condition that is not known.
+        """
+        arms = {arm.name: arm for arm in cell.arms}
+        out = []
+        for branch in cell.core.branches:
+            if not branch.joint_count:
+                continue
+            data = self.arms.get(branch.name)
+            given = {"row": self.row} if data is None else {**condition_columns(data), "row": self.row}
+            q = self.q[:, branch.first_joint : branch.first_joint + branch.joint_count]
+            try:
+                out.append(arms[branch.name].robot.conditions(q, **given))
+            except InvalidInput as error:
+                raise InvalidInput(f"arm {branch.name}: {error}") from None
+        return _core.Samples.side_by_side(out)
 
     def measured(self, cell: Cell) -> _core.Measurements:
         """What was read, for the core. InvalidInput where it names a frame that the cell does not have."""

@@ -45,7 +45,7 @@ def rig_start(cell: Cell, readings: Readings) -> RigStart:
     if not measured.parameters:
         return RigStart({})
     try:
-        values = _core.start_unknowns(cell.model, readings.samples(), measured)
+        values = _core.start_unknowns(cell.model, readings.samples(cell), measured)
     except InvalidInput as error:
         raise InvalidInput(f"{readings.source}: {error}") from None
     return RigStart(
@@ -77,5 +77,5 @@ def _drawn(cell: Cell, readings: Readings, places: RigStart) -> FloatArray:
     nothing = np.zeros_like(readings.tables[CORNERS])
     everywhere = replace(readings, tables={CORNERS: nothing}).measured(replace(cell, distances=()))
     theta = np.append(np.asarray(cell.model.start), places.of(everywhere.parameters))
-    r = np.asarray(_core.residuals(cell.model, readings.samples(), everywhere, theta))
+    r = np.asarray(_core.residuals(cell.model, readings.samples(cell), everywhere, theta))
     return r.reshape(len(r), -1, 2)

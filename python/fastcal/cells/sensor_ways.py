@@ -242,7 +242,7 @@ class SensorWay(Way):
             readings: Those of the whole cell, row by row the same.
         """
         if not self.stands:
-            data = replace(data, current=joint_loads(cell, self.joints, readings.q))
+            data = replace(data, current=joint_loads(cell, self.joints, readings))
         if self.has_pictures:
             part = pictures(cell)[self.sensor.name, self.target.name]
             uv = np.ascontiguousarray(readings.tables[CORNERS][:, 2 * part.start : 2 * part.stop])
@@ -253,10 +253,10 @@ class SensorWay(Way):
         return data
 
 
-def joint_loads(cell: Cell, joints: Sequence[tuple[Arm, int]], q: FloatArray) -> FloatArray | None:
-    """(N, n) torques and forces of gravity along joints of a tree [N m, N] in postures q; None where they are all 0."""
+def joint_loads(cell: Cell, joints: Sequence[tuple[Arm, int]], postures: Readings) -> FloatArray | None:
+    """(N, n) torques and forces of gravity along joints of a tree [N m, N], payloads too; None where they are all 0."""
     model = _core.ErrorModel(cell.core)
-    loads = np.asarray(model.loads(_core.Samples(np.ascontiguousarray(q)), model.start))
+    loads = np.asarray(model.loads(postures.samples(cell), model.start))
     columns = []
     for arm, index in joints:
         moment = loads[:, cell.core.frame(f"{arm.name}.joint{index + 1}")]

@@ -5,11 +5,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
@@ -55,9 +54,9 @@ def known_views(cell: Cell, views: Sequence[str]) -> list[str]:
     return [view.removesuffix(":world") for view in asked]
 
 
-def view_poses(cell: Cell, q: FloatArray, view: str, threads: int = 1) -> FloatArray:
-    """(N, 4, 4) T_sensor_target in postures q (N, n) of the tree."""
-    model, samples = cell.model, _core.Samples(np.ascontiguousarray(q))
+def view_poses(cell: Cell, postures: Readings, view: str, threads: int = 1) -> FloatArray:
+    """(N, 4, 4) T_sensor_target in postures of the tree. InvalidInput where an effect needs a condition of them."""
+    model, samples = cell.model, postures.samples(cell)
     target, _, sensor = view.partition(":")
     T = np.asarray(model.predict(samples, model.start, threads, of=target))
     if not sensor:
@@ -72,7 +71,7 @@ def predict_cell(cell: Cell, postures: Readings, *, threads: int = 1) -> dict[st
     ways = {way.name: way for way in possible_ways(cell, views)}
     out = {}
     for view in views:
-        T = view_poses(cell, postures.q, view, threads)
+        T = view_poses(cell, postures, view, threads)
         sigma = np.full((len(T), 3), np.nan)
         way = ways.get(view)
         if way is not None and way.record is not None:
@@ -113,9 +112,9 @@ def simulate_cell(
     q = postures.q + repeatability * turning * random.standard_normal(postures.q.shape)
     tables = {}
     for view in known_views(cell, views or postures.views):
-        T = view_poses(cell, q, view, threads)
+        T = view_poses(cell, replace(postures, q=q), view, threads)
         tables[f"position@{view}"] = T[:, :3, 3] + noise * random.standard_normal((len(q), 3))
         if noise_rotation is not None:
             turned = T[:, :3, :3] @ rotations_by(noise_rotation * random.standard_normal((len(q), 3)))
             tables[f"rotation@{view}"] = quaternions(turned)
-    return Readings(postures.q, tables, "simulated", postures.notes)
+    return replace(postures, tables=tables, source="simulated", speed=None, row=None)

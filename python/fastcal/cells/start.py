@@ -56,7 +56,7 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
 
     A T_frame_sensor S = T_other_target, A the sensor's frame in that of the target.
     """
-    model, samples = cell.model, readings.samples()
+    model, samples = cell.model, readings.samples(cell)
     wrong: dict[str, list[int]] = {}
     for view in readings.views:
         target, _, sensor = view.partition(":")
@@ -89,7 +89,7 @@ def _world_poses(model: _core.ErrorModel, samples: _core.Samples, of: str, count
 def _placed(cell: Cell, readings: Readings, name: str) -> Cell:
     """The cell with one point where all its readings of whole poses put it."""
     point = next(of for of in cell.points if of.name == name)
-    model, samples = cell.model, readings.samples()
+    model, samples = cell.model, readings.samples(cell)
 
     def poses(of: str) -> FloatArray:
         return _world_poses(model, samples, of, len(readings))

@@ -280,6 +280,12 @@ def extra_columns(entries: Sequence[Spec]) -> list[str]:
     return list(dict.fromkeys(column for entry in entries for column in own_columns(entry)))
 
 
+def table_width(entries: Sequence[Spec]) -> int:
+    """Columns of the table of registered effects that the entries have."""
+    known = [(registered.find(entry["effect"]), entry["owner"]) for entry in entries]
+    return sum(of.width(owner) for of, owner in known if of is not None)
+
+
 def conditions_read(entry: Spec, effect: _core.Effect) -> list[str]:
     """Conditions that an entry's effect looks at, as the core names them: "temperature", "approach4" ..."""
     own = registered.find(entry["effect"])

@@ -12,14 +12,19 @@ from fastcal.io.table import Table
 from fastcal.measurements.observations import tables_of
 from fastcal.units import UNITS, parse_name, unit_names
 
-# Of conditions, and the other ways to write an orientation and its standard deviation.
-KINDS: dict[str, str | None] = (
-    dict.fromkeys(("rx", "ry", "rz"), "angle")
-    | dict.fromkeys(("fx", "fy", "fz"), "force")
+# What a row says of a posture beside its joints; of each joint there are `approach1` and `current1` too.
+CONDITIONS: dict[str, str | None] = (
+    dict.fromkeys(("fx", "fy", "fz"), "force")
     | dict.fromkeys(("mx", "my", "mz"), "torque")
-    | dict.fromkeys(("sigma_range", "instrument_x", "instrument_y", "instrument_z"), "length")
-    | {"sigma_angle": "angle", "sigma": "length", "payload": "mass", "temperature": "temperature", "time": "time"}
+    | {"payload": "mass", "temperature": "temperature", "time": "time"}
     | dict.fromkeys(("station", "mount"), None)  # labels
+)
+# Of them, and the other ways to write an orientation and its standard deviation.
+KINDS: dict[str, str | None] = (
+    CONDITIONS
+    | dict.fromkeys(("rx", "ry", "rz"), "angle")
+    | dict.fromkeys(("sigma_range", "instrument_x", "instrument_y", "instrument_z"), "length")
+    | {"sigma_angle": "angle", "sigma": "length"}
 )
 
 
@@ -54,13 +59,14 @@ def match_columns(table: Table, joint_types: Sequence[str]) -> tuple[dict[str, C
         kinds |= {f"current{joint}": "current", f"approach{joint}": None, f"qd{joint}": SPEEDS[kind]}
     known: dict[str, Column] = {}
     unknown: list[int] = []
-    for place, title in enumerate(table.names):
-        quantity, unit = _match(table, title, kinds)
+    for place in range(len(table.names)):
+        quantity, unit = _match(table, place, kinds)
         if quantity is None:
             unknown.append(place)
         elif quantity in known:
-            other = table.names[known[quantity].place]
-            raise table.error(f"columns '{other:.60}' and '{title:.60}' both give {quantity}; expected one of them")
+            other = table.title(known[quantity].place)
+            both = f"columns '{other:.60}' and '{table.title(place):.60}' both give {quantity}"
+            raise table.error(f"{both}; expected one of them")
         else:
             known[quantity] = Column(place, unit)
     return known, unknown
@@ -75,15 +81,22 @@ def would_do(quantity: str, kind: str | None) -> str:
     return f"{', '.join(others)} or {last}" if others else last
 
 
-def _match(table: Table, title: str, kinds: dict[str, str | None]) -> tuple[str | None, str | None]:
-    """The quantity and the unit that a title names; (None, None) where it names no known quantity."""
-    name = title.lower()
+def is_condition(name: str) -> bool:
+    """Does a column of one arm's file say a condition of its rows, whatever its unit?"""
+    quantity, _ = parse_name(name.lower())
+    of_a_joint = re.fullmatch(r"(approach|current)\d+(_.*)?", quantity) is not None
+    return of_a_joint or quantity in CONDITIONS or quantity.rpartition("_")[0] in CONDITIONS
+
+
+def _match(table: Table, place: int, kinds: dict[str, str | None]) -> tuple[str | None, str | None]:
+    """The quantity and the unit that a column names; (None, None) where it names no known quantity."""
+    name, title = table.names[place].lower(), table.title(place)
     if name in kinds and kinds[name] is None:
         return name, None
-    base, at, place = name.partition("@")
+    base, at, where = name.partition("@")
     quantity, unit = parse_name(base)
     if at:
-        quantity += at + place
+        quantity += at + where
     if unit is None and quantity not in kinds and kinds.get(quantity.rpartition("_")[0]) is not None:
         quantity, _, unit = quantity.rpartition("_")
     kind = kinds.get(quantity)

@@ -75,7 +75,7 @@ def of_the_arm(table: Table, robot: RobotFacts) -> Table:
     prefix = f"{arm}."
     if not any(name.startswith(prefix) for name in table.names):
         return table
-    return replace(table, names=[name.removeprefix(prefix) for name in table.names])
+    return replace(table, names=[name.removeprefix(prefix) for name in table.names], titles=table.names)
 
 
 def dataset_of_frame(frame: pd.DataFrame, robot: RobotFacts, *, require_measured: bool = True) -> Dataset:
@@ -137,22 +137,14 @@ def dataset_from_table(
     """
     known, unknown = match_columns(table, robot.joint_types)
     columns = Columns(table, known)
-    joints = range(1, len(robot.joint_types) + 1)
     try:
         data = Dataset.from_arrays(
             q=columns.joints(robot),
             **columns.observed(len(robot.joint_types)),
             **columns.tracker(),
             q_read=columns.joints_read(robot),
-            payload=columns.payload(),
-            wrench=columns.numbers("wrench", ["fx", "fy", "fz", "mx", "my", "mz"]),
-            current=columns.numbers("current", [f"current{joint}" for joint in joints]),
-            speed=columns.numbers("speed", [f"qd{joint}" for joint in joints]),
-            temperature=columns.number("temperature", "temperature"),
-            time=columns.number("time", "time"),
-            station=columns.labels("station"),
-            mount=columns.labels("mount"),
-            approach=columns.approach([f"approach{joint}" for joint in joints]),
+            speed=columns.numbers("speed", [f"qd{joint}" for joint in range(1, len(robot.joint_types) + 1)]),
+            **columns.conditions(len(robot.joint_types)),
             source=table.path,
             robot=robot,
         )
@@ -249,7 +241,7 @@ class Columns:
                 unit = "deg" if robot.joint_types[joint - 1] == "revolute" else "mm"
                 most = from_si(float(np.nanmax(off)), unit)
                 self.notes.append(
-                    f"column '{self.table.names[self.known[f'j{joint}'].place]}' is up to {most:.3g} {unit} from what "
+                    f"column '{self.table.title(self.known[f'j{joint}'].place)}' is up to {most:.3g} {unit} from what "
                     "the controller would show at q1 ..., which are used"
                 )
 
@@ -317,7 +309,7 @@ class Columns:
             return self.number("sigma_position", "sigma")
         if "sigma" in self.known or "distance" in self.known:
             rival = "sigma" if "sigma" in self.known else "distance"
-            title = self.table.names[self.known[rival].place]
+            title = self.table.title(self.known[rival].place)
             raise self.table.error(f"expected one sigma column and not one a coordinate, as there is '{title}'")
         return each
 
@@ -337,6 +329,20 @@ class Columns:
         if place is None:
             place = np.zeros_like(position)
         return {"instrument": place, "sigma_position": along_and_across(position, place, *sizes.T)}
+
+    def conditions(self, joint_count: int) -> dict[str, Any]:
+        """What rows say of a posture beside its joints, as arguments of `Dataset.from_arrays`."""
+        joints = range(1, joint_count + 1)
+        return {
+            "payload": self.payload(),
+            "wrench": self.numbers("wrench", ["fx", "fy", "fz", "mx", "my", "mz"]),
+            "current": self.numbers("current", [f"current{joint}" for joint in joints]),
+            "temperature": self.number("temperature", "temperature"),
+            "time": self.number("time", "time"),
+            "station": self.labels("station"),
+            "mount": self.labels("mount"),
+            "approach": self.approach([f"approach{joint}" for joint in joints]),
+        }
 
     def payload(self) -> FloatArray | float:
         """The payload (N,), 0 where there is none."""

@@ -57,6 +57,7 @@ class Table:
         exact: Reads the same file by the slow way that knows the lines; None where this is that way. A table that
             has it gives numbers only of columns that hold numbers.
         notes: What a reader should know, a sentence each.
+        titles: What the file calls the columns, where `names` are what one arm's file would; empty: the names.
     """
 
     path: str
@@ -66,12 +67,16 @@ class Table:
     first_row: int = 0
     exact: Callable[[], Table] | None = None
     notes: tuple[str, ...] = ()
+    titles: Sequence[str] = ()
     _first_with_mark: dict[str, int] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         seen: dict[str, int] = {}
         for place, name in enumerate(self.names, start=1):
             first = seen.setdefault(name.lower(), place)
+            if first != place and self.titles:
+                both = " and ".join(f"'{self.titles[at - 1]:.60}'" for at in (first, place))
+                raise self.error(f"columns {both} both give {name:.60}; expected one of them")
             if first != place:
                 raise self.error(f"column '{name:.60}' comes twice, as columns {first} and {place}")
         if not self.columns or len(self) == 0:
@@ -79,6 +84,10 @@ class Table:
 
     def __len__(self) -> int:
         return len(self.columns[0])
+
+    def title(self, place: int) -> str:
+        """What the file calls a column."""
+        return self.titles[place] if self.titles else self.names[place]
 
     def numbers(self, place: int) -> FloatArray:
         """A column as numbers, NaN where a cell is empty.
@@ -119,9 +128,9 @@ class Table:
         cells = self.columns[place]
         if bare := [k for k, cell in enumerate(cells) if isinstance(cell, Uncalculated)]:
             message = NO_VALUE.format(count=f"in {len(bare)} of {len(cells)} cells")
-            return self.error(f"column '{self.names[place]:.60}' {message}", bare[0])
+            return self.error(f"column '{self.title(place):.60}' {message}", bare[0])
         return self.error(
-            f"column '{self.names[place]:.60}': expected {expected}, got {got or self._cell(place, row)}", row
+            f"column '{self.title(place):.60}': expected {expected}, got {got or self._cell(place, row)}", row
         )
 
     def error(self, message: str, row: int | None = None) -> ParseError:
@@ -149,7 +158,7 @@ class Table:
         ((usual, first),) = self._first_with_mark.items()
         other, word = (".", "comma") if usual == "," else (",", "point")
         if other in rows:
-            raise self.wrong_cell(place, rows[other][0], f"a decimal {word} as in column '{self.names[first]:.60}'")
+            raise self.wrong_cell(place, rows[other][0], f"a decimal {word} as in column '{self.title(first):.60}'")
 
 
 def unreadable(kind: str, error: Exception, path: str) -> ParseError:

@@ -4,6 +4,7 @@
 
 Joints are columns ARM.q1_deg or a URDF's own names with their unit; readings x_mm@TARGET (from the world) or
 x_mm@TARGET:SENSOR, distance_mm@TARGET:TARGET, qw@..., sigma_mm@... Speeds of joints are ARM.qd1_deg_s, or NAME_rad_s.
+What else an arm's own file would have: arm_readings.py.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
+from fastcal.io.arm_readings import arm_conditions
 from fastcal.io.columns import SPEEDS
 from fastcal.io.flange_columns import flange_columns, flange_joints
-from fastcal.io.measurements import OWN_COLUMNS
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.measurements.observations import tables_of
@@ -53,7 +54,7 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
     joints: dict[int, int] = {}
     speeds: dict[int, int] = {}
     tables: dict[str, FloatArray] = {}
-    notes = []
+    others = []
     flanges = flange_columns(table, [arm.name for arm in cell.arms if arm.of_poses])
     of_flanges = {place for found in flanges.values() for place in found.values()}
     for place, title in enumerate(table.names):
@@ -69,13 +70,14 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
             _put(table, place, joint, speeds if is_speed else joints)
         elif at and base.lower() in _read():
             _take(table, place, base.lower(), unit, _checked_view(table, title, view, cell), tables)
-        elif title not in OWN_COLUMNS:
-            notes.append(f"column '{title:.60}' is not known and was not read")
+        else:
+            others.append(place)
     q = _joint_positions(table, joints, cell, {arm: flange_joints(table, found) for arm, found in flanges.items()})
     _make_unit(table, tables)
     if require_measured:
         _check_measured(table, cell, tables)
-    found = Readings(q, tables, table.path, (*table.notes, *notes), _speeds(table, speeds, q))
+    arms, notes = arm_conditions(table, others, cell, q)
+    found = Readings(q, tables, table.path, (*table.notes, *notes), _speeds(table, speeds, q), arms=arms)
     _check_views(table, cell, found)
     return found
 

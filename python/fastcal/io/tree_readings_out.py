@@ -6,14 +6,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import CellPrediction
+from fastcal.io.arm_readings import OF_ALL_ARMS
+from fastcal.io.columns import is_condition
+from fastcal.io.measurements_out import file_columns
 from fastcal.io.tables import write_csv
-from fastcal.units import from_si
+from fastcal.units import from_si, parse_name
 
 _AXES, _PARTS = "xyz", "wxyz"
 
@@ -26,12 +32,31 @@ def posture_columns(cell: Cell, q: FloatArray) -> dict[str, Any]:
 
 
 def write_readings(path: str | os.PathLike[str], cell: Cell, readings: Readings) -> None:
-    """Writes postures, positions and orientations, whole or not at all."""
-    columns = posture_columns(cell, readings.q)
+    """Writes postures with what is known of them, positions and orientations, whole or not at all."""
+    columns = posture_columns(cell, readings.q) | _conditions(cell, readings)
     for name, values in readings.tables.items():
         field, _, view = name.partition("@")
         columns |= _titled(field, view, values)
     write_csv(path, columns)
+
+
+def _conditions(cell: Cell, readings: Readings) -> dict[str, Any]:
+    """The columns ARM.payload_kg, ARM.approach1 ...; those that are the same in all arms once, without an arm."""
+    own = {
+        arm.name: file_columns(replace(data, q_read=None), arm.robot.joint_types)
+        for arm in cell.arms
+        if (data := readings.arms.get(arm.name)) is not None
+    }
+    joints = {f"q{joint + 1}" for joint in range(readings.q.shape[1])}
+    out: dict[str, Any] = {}
+    for arm, columns in own.items():
+        for title, values in columns.items():
+            if parse_name(title)[0] in joints:
+                continue
+            is_one = all(title in of and np.array_equal(of[title], values) for of in own.values())
+            is_of_all = not is_condition(title) or parse_name(title)[0] in OF_ALL_ARMS
+            out[title if is_one and is_of_all else f"{arm}.{title}"] = values
+    return out
 
 
 def write_cell_prediction(path: str | os.PathLike[str], found: Mapping[str, CellPrediction]) -> None:

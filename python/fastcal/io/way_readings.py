@@ -48,14 +48,15 @@ def way_datasets(path: str | os.PathLike[str], cell: Cell, ways: Sequence[Way], 
 
 def _seen_by(table: Table, way: Way, others: Collection[str]) -> Table:
     """The columns of one way, by the names that one arm's file has; `others`: joints that are not on it."""
-    names, columns = list[str](), list[Cells]()
+    names, titles, columns = list[str](), list[str](), list[Cells]()
     for title, column in zip(table.names, table.columns, strict=True):
         if (name := _own_name(title, way, others)) is not None:
             names.append(name)
+            titles.append(title)
             columns.append(column)
     exact = table.exact
     again = None if exact is None else lambda: _seen_by(exact(), way, others)
-    return replace(table, names=names, columns=columns, exact=again)
+    return replace(table, names=names, titles=titles, columns=columns, exact=again)
 
 
 def _own_name(title: str, way: Way, others: Collection[str]) -> str | None:

@@ -231,7 +231,7 @@ def _seen(arm: Arm, of: KindErrors, start: FloatArray, end: FloatArray) -> Arm:
 
 def _cell_poses(cell: Cell, readings: Readings) -> standing.Poses:
     """Of frames of a cell in the postures of readings; each is found once."""
-    model, samples = cell.model, readings.samples()
+    model, samples = cell.model, readings.samples(cell)
 
     @lru_cache(None)
     def poses(name: str) -> FloatArray:

@@ -69,7 +69,7 @@ def moved_at_tool(result: CalibrationResult) -> list[Moved]:
 def moved_in_cell(found: CellResult) -> list[Moved]:
     """The same of the arms of a cell: how far what is read moves, as what reads it sees it; RMS over rows and views."""
     used = found.readings.pick(figures.spread_rows(len(found.readings), _MOST_ROWS))
-    model, samples = found.cell.model, used.samples()
+    model, samples = found.cell.model, used.samples(found.cell)
     own, square = len(found.cell.core.nominal), np.zeros(len(model.parameters))
     for name in found.views:
         field, _at, view = name.partition("@")

@@ -91,11 +91,3 @@ def test_an_arm_may_bring_its_effects_into_a_cell(tmp_path: Path) -> None:
     again = load_cell(written(tmp_path, yaml.safe_load(cell_text(found.cell))))
     assert again.arm("right").robot.spec["effects"] == [yields]
     assert np.array_equal(again.model.start, found.cell.model.start)
-
-
-def test_an_effect_that_follows_other_columns_is_refused(tmp_path: Path) -> None:
-    slack = {"effect": "backlash", "owner": "joint2", "parameters": {"gap_rad": {"value": 1e-4, "std": 1e-5}}}
-    members = content()
-    members["arms"]["right"]["robot"] = read_spec("ur10") | {"effects": [slack]}
-    with pytest.raises(InvalidInput, match="arm right: backlash@joint2 follows"):
-        _ = load_cell(written(tmp_path, members)).model

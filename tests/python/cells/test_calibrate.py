@@ -130,7 +130,7 @@ def test_columns_are_read_in_the_order_of_the_tree(tmp_path: Path) -> None:
     assert np.allclose(np.degrees(read.q[0]), [JOINTS.index(f"{name}_deg") for name in names])
     assert np.array_equal(read.tables["position@smr"], [[1, 2, 3]])
     assert np.array_equal(read.tables["sigma_position@smr"], [[5e-4] * 3])
-    assert read.notes == ("column 'colour' is not known and was not read",)
+    assert read.notes == ("column 'colour' is not known and is kept as it is",)
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def test_a_way_from_a_sensor_is_the_trees_own_chain(tmp_path: Path) -> None:
         own = [names.index(f"{arm.name}.q{index + 1}") for arm, index in way.joints]
         model = way.robot.error_model
         T = np.asarray(model.predict(_core.Samples(np.ascontiguousarray(readings.q[:, own])), model.start))
-        assert np.allclose(T, view_poses(cell, readings.q, way.name), atol=1e-12)
+        assert np.allclose(T, view_poses(cell, readings, way.name), atol=1e-12)
 
 
 def test_loads_of_a_way_are_those_of_the_tree(tmp_path: Path) -> None:
@@ -120,11 +120,12 @@ def test_loads_of_a_way_are_those_of_the_tree(tmp_path: Path) -> None:
     own = _core.Samples(np.ascontiguousarray(q[:, [names.index(f"left.q{k}") for k in range(1, 7)]]))
     alone = _core.ErrorModel(arm.robot.with_(gravity_frame="measuring").core)  # it leans, and gravity does not
     loads = np.asarray(alone.loads(own, alone.start))
-    torques = joint_loads(cell, [(arm, 1), (arm, 2)], q)
+    postures = Readings(q, {}, "")
+    torques = joint_loads(cell, [(arm, 1), (arm, 2)], postures)
     assert torques is not None
     assert np.allclose(torques, loads[:, [3, 5], 5], atol=1e-9)
     weightless = replace(cell, arms=tuple(of for of in cell_of(tmp_path, arms=_weightless()).arms))
-    assert joint_loads(weightless, [(weightless.arm("left"), 1)], q) is None
+    assert joint_loads(weightless, [(weightless.arm("left"), 1)], postures) is None
 
 
 def _weightless() -> dict[str, Any]:

@@ -282,7 +282,7 @@ def test_a_notebook_draws_the_cell_and_its_gap(arms: tuple[Cell, Readings]) -> N
     other, square = found.cell.with_values(theta), 0.0
     for view in readings.views:
         there, here = (
-            np.asarray(of.model.predict(readings.samples(), of.model.start, of=view))[:, :3, 3]
+            np.asarray(of.model.predict(readings.samples(of), of.model.start, of=view))[:, :3, 3]
             for of in (other, found.cell)
         )
         square += float(np.mean(np.sum((there - here) ** 2, axis=1))) / 2
