@@ -131,8 +131,8 @@ void bind_effects(py::module_& m) {
       "The effect of one owner; InvalidInput names what is wrong.");
   m.def(
       "on_branch",
-      [](const std::shared_ptr<Effect>& effect, const RobotModel& tree, const std::string& name,
-         const RobotModel& arm, int extra, int table) {
+      [](const std::shared_ptr<Effect>& effect, const RobotModel& tree, const std::string& name, const RobotModel& arm,
+         int extra, int table) {
         return std::const_pointer_cast<Effect>(on_branch(effect, tree, name, arm, {.extra = extra, .table = table}));
       },
       py::arg("effect"), py::arg("tree"), py::arg("name"), py::arg("arm"), py::arg("extra") = 0, py::arg("table") = 0,

@@ -52,8 +52,8 @@ class FrameTree {
   /// depth-first order; the tool is on the last link. Joint i has frame joint_frame(i) here too.
   explicit FrameTree(const std::vector<int>& parents);
 
-  /// Adds a branch behind all others, and counts it where `has_tool`; its parent has to be a frame of the branch before or one that this stands on.
-  /// Throws InvalidInput where the order would not be depth-first or a name is taken.
+  /// Adds a branch behind all others, an arm where `has_tool`; its parent has to be a frame of the branch before or one
+  /// that this stands on. Throws InvalidInput where the order would not be depth-first or a name is taken.
   void add(Branch branch, const std::vector<std::string>& names, const std::vector<int>& joints, bool has_tool);
 
   int frame_count() const { return static_cast<int>(parents_.size()); }

@@ -82,12 +82,12 @@ struct Hand {
 /// What every kind of robot file has beside its geometry.
 struct RobotDescription : Hand {
   std::vector<JointType> joint_types;
-  std::vector<Body> bodies;                                    ///< one a joint; mass 0 where the file gives none
-  Pose T_world_base;                                           ///< nominal, from the measuring frame
-  Pose T_flange_tool;                                          ///< nominal
-  Eigen::Vector3d gravity{0, 0, -9.80665};                     ///< [m/s^2], in base, or in the measuring frame:
+  std::vector<Body> bodies;                 ///< one a joint; mass 0 where the file gives none
+  Pose T_world_base;                        ///< nominal, from the measuring frame
+  Pose T_flange_tool;                       ///< nominal
+  Eigen::Vector3d gravity{0, 0, -9.80665};  ///< [m/s^2], in base, or in the measuring frame:
   bool gravity_in_world = false;
-  std::vector<Hand> hands;                                     ///< of each arm of a tree of several; empty: its own
+  std::vector<Hand> hands;   ///< of each arm of a tree of several; empty: its own
   Eigen::MatrixXd coupling;  ///< (n, n) nominal c_ij: joint i turns by c_ij when joint j turns
   std::optional<Compensator> compensator;
   std::shared_ptr<const ArmBending> bending;  ///< the beams of the robot file; null: none

@@ -88,7 +88,7 @@ Samples Samples::pick(const std::vector<Eigen::Index>& rows) const {
 Samples side_by_side(const std::vector<Samples>& arms) {
   FASTCAL_CHECK(!arms.empty()) << "expected the postures of at least one arm";
   const Eigen::Index rows = arms.front().count();
-  const auto put = [&](auto Samples::* table, const auto& width, auto missing, auto& to) {
+  const auto put = [&](auto Samples::*table, const auto& width, auto missing, auto& to) {
     Eigen::Index columns = 0;
     bool is_known = false;
     for (const Samples& arm : arms) {
@@ -126,8 +126,10 @@ Samples side_by_side(const std::vector<Samples>& arms) {
   put(&Samples::wrench, six, 0.0, out.wrench);
   put(&Samples::approach, joints, 0.0, out.approach);
   put(&Samples::current, joints, unknown, out.current);
-  put(&Samples::extra, [](const Samples& arm) { return arm.extra.cols(); }, 0.0, out.extra);
-  put(&Samples::table, [](const Samples& arm) { return arm.table.cols(); }, 0.0, out.table);
+  put(
+      &Samples::extra, [](const Samples& arm) { return arm.extra.cols(); }, 0.0, out.extra);
+  put(
+      &Samples::table, [](const Samples& arm) { return arm.table.cols(); }, 0.0, out.table);
   return out;
 }
 

@@ -89,7 +89,7 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
     Wrench all, payloads;
   };
   std::vector<Carried> on(tree.branches().size() > 1 ? T_world_frame.size() : 0);  // by other branches, by frame
-  bool carries = false;  // any arm so far
+  bool carries = false;                                                            // any arm so far
   if (!on.empty()) std::fill(payload_load, payload_load + 6 * tree.frame_count(), 0.0);
   for (std::size_t b = tree.branches().size(); b-- > 0;) {
     const Branch& branch = tree.branches()[b];

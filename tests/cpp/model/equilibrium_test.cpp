@@ -229,7 +229,7 @@ TEST(Equilibrium, OfSpringsIsThatOfTheRounds) {
     more.push_back({"bearing_tilt", "joint1", {0}, {}});
     const ErrorModel rounds = with(arm.robot, more);
     Samples samples = spring_rows(random, n);
-    if (random.chance(0.3)) samples.payload.resize(0);
+    if (random.chance(0.3)) samples.payload.resize(0, 0);
     const RowMatrixXd expected = poses(rounds, samples);
     ASSERT_TRUE(expected.allFinite());
     EXPECT_LT((poses(springs, samples) - expected).cwiseAbs().maxCoeff(), 1e-12) << "arm " << repeat_index;

@@ -147,7 +147,7 @@ TEST(ErrorModel, BadShapesAreRefusedInASentence) {
             "the effects have 0 parameters, got 2 values");
   samples.payload = Eigen::VectorXd::Zero(2);
   EXPECT_EQ(refusal([&] { predict(model, samples, model.start(), 1, out); }), "payload must have shape (1,), got (2,)");
-  samples.payload.resize(0);
+  samples.payload.resize(0, 0);
   samples.q.own()(0, 1) = std::nan("");
   EXPECT_EQ(refusal([&] { predict(model, samples, model.start(), 1, out); }), "q must be finite");
 }
