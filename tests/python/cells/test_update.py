@@ -55,7 +55,7 @@ def off(model: Cell, exact: Readings) -> NDArray[np.float64]:
     """What a model predicts of readings without noise, in its own standard deviations."""
     measured = exact.measured(model)
     ones = [1.0] * len(measured.observations)
-    near = _core.linearize(model.model, exact.samples(), measured, model.model.start, ones)
+    near = _core.linearize(model.model, exact.samples(model), measured, model.model.start, ones)
     record = CalibrationRecord.from_spec(model.record)
     assert record is not None
     none = np.zeros(len(record.parameters))
