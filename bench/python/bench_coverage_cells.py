@@ -135,8 +135,8 @@ def carried(seed: int) -> list[tuple[float, bool]]:
     within = float(student.ppf(0.975, found.degrees_of_freedom))
     out = []
     for (_, (name, _)), size in zip(HIDDEN.items(), sizes, strict=True):
-        (p,) = (p for p in found.parameters if p.name == name and p.std)
-        miss = (p.value - size) / p.std
+        ((value, std),) = ((p.value, p.std) for p in found.parameters if p.name == name and p.std)
+        miss = (value - size) / std
         out.append((miss, bool(abs(miss) <= within)))
     return out
 

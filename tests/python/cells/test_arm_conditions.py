@@ -73,7 +73,7 @@ def signs(rows: int, joints: int, seed: int) -> np.ndarray:
 
 def test_each_arm_is_the_arm_alone_in_its_own_conditions(tmp_path: Path) -> None:
     cell = cell_of(tmp_path, left=[SLACK, WARM, SOFT], right=[WARM, SLACK, SOFT])
-    known = {
+    known: dict[str, dict[str, Any]] = {
         "left": {"payload": np.linspace(0, 5, 9), "temperature": np.full(9, 303.0), "approach": signs(9, 6, 1)},
         "right": {"payload": 10.0, "temperature": np.linspace(280, 310, 9), "approach": signs(9, 6, 2)},
     }
@@ -119,7 +119,7 @@ def test_a_payload_loads_the_joints_below_its_arm_and_no_other(tmp_path: Path) -
 
 def test_columns_of_a_file(tmp_path: Path) -> None:
     cell = cell_of(tmp_path)
-    more = {
+    more: dict[str, list[Any]] = {
         "left.payload_kg": [0, 2.5, ""],
         "right.payload_g": [1000, 2000, 3000],
         "left.approach2": [1, -1, ""],
@@ -210,7 +210,7 @@ def test_a_way_has_its_arms_conditions(tmp_path: Path) -> None:
 def loaded(cell: Cell, rows: int, seed: int) -> Readings:
     """Postures with and without 10 kg on each flange, drawn apart, reached from either side."""
     rng = np.random.default_rng(seed)
-    known = {
+    known: dict[str, Any] = {
         name: {"payload": 10.0 * rng.integers(0, 2, rows), "approach": rng.choice([-1.0, 1.0], (rows, 6))}
         for name in ("left", "right")
     }
