@@ -24,18 +24,17 @@ def calibrate_cell(
     output: Path,
     test: Path | None,
     corners: tuple[Path | None, Path | None],
-    mend: bool,
     effects: str,
-    loss: str,
-    threads: int,
+    options: Mapping[str, Any],
     given: Mapping[str, Any],
     hand_eye: list[Path],
     language: str,
 ) -> None:
     """Identifies all arms of a cell and where its members stand.
 
-    `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `given`: options of
-    `fastcal calibrate` that a cell does not take, and what they are where they were not given.
+    `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `options`: of
+    `fastcal.cells.calibrate.calibrate_cell`. `given`: those of `fastcal calibrate` that a cell does not take, and what
+    they are where they were not given.
     """
     from fastcal.cells.asked import with_effects
     from fastcal.cells.calibrate import calibrate_cell as calibrated
@@ -58,9 +57,8 @@ def calibrate_cell(
     readings = load_seen_readings(_one(data), nominal, corners[0])
     other = None if test is None else load_seen_readings(test, nominal, corners[1])
     with progress() as show:
-        options: dict[str, Any] = {"mend": mend, "loss": loss, "threads": threads, "progress": show}
         arms = () if effects == NOTHING else None
-        found = calibrated(nominal, readings, test=other, effects=asked, arms=arms, **options)
+        found = calibrated(nominal, readings, test=other, effects=asked, arms=arms, progress=show, **options)
         show("writing the report")
         write_cell_calibration(found, output, language=language)
     warn([*found.notes, *([found.held] if found.held else [])])

@@ -97,6 +97,15 @@ def read_spec(
         value = read_yaml(path)
     if is_cell(value) and not links:
         value = cell_spec(value, path, read_spec)
+    return _of_content(value, path, links, xacro)
+
+
+def spec_of(content: Mapping[str, Any], path: str | os.PathLike[str]) -> Spec:
+    """`read_spec` of the content of a robot file, or of a part of the one at `path`: what it names lies beside that."""
+    return _of_content(copy.deepcopy(dict(content)), Path(path), {}, None)
+
+
+def _of_content(value: Any, path: Path, links: dict[str, str], xacro: Mapping[str, str] | None) -> Spec:
     value = _with_parts(value, path, links, xacro)
     if isinstance(value, dict):
         value.setdefault("name", path.stem)

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Cell files in and out: YAML of arms, targets, sensors, cameras and boards, each with what it stands on."""
+"""Cell files in and out: YAML of arms, targets, sensors, cameras and boards, each with what it stands on.
+
+A robot file with targets, sensors or known distances of its own is a cell of that one arm.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +24,8 @@ from fastcal.io.calibration_schema import check_calibration
 from fastcal.io.fields import Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.regular_file import is_file
-from fastcal.io.rig_schema import check_rig
-from fastcal.io.robot_file import read_spec
+from fastcal.io.rig_schema import ARM, check_rig
+from fastcal.io.robot_file import read_spec, spec_of
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf_tree
 from fastcal.io.yaml_file import read_text, read_yaml
@@ -30,21 +33,45 @@ from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
+_OF_CELLS = ("targets", "sensors", "known_distances")  # keys that no robot alone has
+_MAY_BE_A_CELL = re.compile(rf"^['\"]?(arms|{'|'.join(_OF_CELLS)})['\"]?:", re.MULTILINE)
 
 
 def is_cell(source: str | os.PathLike[str]) -> bool:
-    """Is it a YAML file of arms? One arm with cameras and nothing else is read as a robot with what it carries."""
+    """Is it a YAML file of arms, or of one arm and what is read of it or reads?
+
+    One arm with cameras and nothing else is read as a robot with what it carries.
+    """
     path = Path(source)
     if path.suffix.lower() not in (".yaml", ".yml") or not is_file(path):
         return False
-    if not re.search(r"^['\"]?arms['\"]?:", read_text(path), re.MULTILINE):
+    if not _MAY_BE_A_CELL.search(read_text(path)):
         return False
     content = read_yaml(path)
-    if not isinstance(content, dict) or "cameras" not in content:
+    if not isinstance(content, dict):
+        return False
+    if not content.keys().isdisjoint(_OF_CELLS):
         return True
+    if "cameras" not in content:
+        return "arms" in content
     arms = content.get("arms")
-    several = isinstance(arms, dict) and len(arms) > 1
-    return several or not content.keys().isdisjoint(("targets", "sensors", "known_distances"))
+    return isinstance(arms, dict) and len(arms) > 1
+
+
+def _content(path: str | os.PathLike[str]) -> Any:
+    """What a cell file holds; of a robot file, the cell of the arm ARM, which keeps all that is its own."""
+    content = read_yaml(path)
+    if not isinstance(content, dict) or "arms" in content:
+        return content
+    there = {key: content[key] for key in (*_OF_CELLS, "cameras", "boards") if key in content}
+    targets, tool = there.get("targets") or {}, content.get("tool") or {}
+    if isinstance(targets, dict) and isinstance(tool, dict) and tool:
+        there["targets"] = {"tool": {"on": ARM, **tool}, **targets}  # of columns without a name
+    own = {key: value for key, value in content.items() if key not in (*there, "base", "tool")}
+    base = content.get("base") or {}
+    place = base if isinstance(base, dict) else {"base": base}  # refused by its key
+    name = str(content.get("name", Path(path).stem))
+    return {"cell": name, "arms": {ARM: {"robot": own, **place}}, **there}
 
 
 @dataclass
@@ -77,7 +104,7 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     Raises:
         ParseError: One sentence that names the file, the key, what was expected and what came.
     """
-    top = Fields(read_yaml(path), "", path)
+    top = Fields(_content(path), "", path)
     name = top.text("cell", Path(path).stem)
     entries = [_entry(key, fields) for key, fields in _members(top, "arms")]
     if not entries:
@@ -281,7 +308,7 @@ def _alone(entry: _Entry, path: Path) -> _Chain:
     if entry.robot == POSE:
         spec = check_spec(pose_arm(entry.name), path)
     elif isinstance(entry.robot, Mapping):
-        spec = read_spec(entry.robot)
+        spec = spec_of(entry.robot, path)
     else:
         file = path.parent / entry.robot
         source = file if file.suffix else entry.robot
