@@ -4,6 +4,7 @@
 
 import csv
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -163,6 +164,8 @@ def test_a_joint_that_yields_is_told_by_the_trees_torques_and_is_not_sure(tmp_pa
 
 def test_nothing_is_named_where_nothing_is_hidden_or_it_is_excluded(tmp_path: Path) -> None:
     assert found(tmp_path, "", 23)["verdict"] == "none"
+    if os.environ.get("FASTCAL_TEST_FULL") != "1":
+        return  # a minute; one arm's are excluded in test_diagnose.py
     told = found(tmp_path, "left", 22, "--exclude", "joint_compliance@left.joint2")
     assert ("joint_compliance", "left.joint2") not in {(of["effect"], of["owner"]) for of in told["effects"]}
     assert "A" not in {of["grade"] for of in told["effects"]}
