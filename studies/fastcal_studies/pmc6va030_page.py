@@ -133,13 +133,15 @@ def _sides(runs: Sequence[Run]) -> str:
     """How the slack and its sides are found, and how well."""
     owners = sorted({run["jump"]["owner"] for run in runs})
     where, right = spread(runs, "jump", "deg"), spread(runs, "jump", "right")
+    several = len(runs) > 1
+    between = f" ({where.low:.2f} to {where.high:.2f})" if several else ""
+    worst = f", {100 * right.low:.0f} % on the worst arm" if several else ""
     return (
         "Which side of its slack joint 1 is on is in no column. fastcal's best scans the trained rows for a joint that "
         f"jumps where another one passes a position, as its diagnosis does, and finds {' or '.join(owners)} at "
-        f"{where.median:.2f} degrees ({where.low:.2f} to {where.high:.2f}), hidden: joint1<-joint2 at -72; "
-        f"{100 * right.median:.0f} % of the other configurations are then on their side, {100 * right.low:.0f} % on "
-        "the worst arm. That a jump is looked for was decided knowing that the hidden arm has one, as figure 16 shows, "
-        "and after a look at how joint 2 divides the reported errors of the first arm."
+        f"{where.median:.2f} degrees{between}, hidden: joint1<-joint2 at -72; {100 * right.median:.0f} % of the other "
+        f"configurations are then on their side{worst}. That a jump is looked for was decided knowing that the hidden "
+        "arm has one, as figure 16 shows, and after a look at how joint 2 divides the reported errors of the first arm."
     )
 
 
