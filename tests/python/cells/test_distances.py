@@ -12,7 +12,9 @@ from fastcal import _core
 from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
-from fastcal.errors import ParseError
+from fastcal.cells.simulate import simulate_cell
+from fastcal.cli import main
+from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.io.tree_readings import load_readings
 
@@ -69,6 +71,21 @@ def test_a_column_of_lengths_is_read(tmp_path: Path) -> None:
     cell = cell_of(tmp_path)
     read = load_readings(csv_of(tmp_path, [*JOINTS, "distance_mm@smr:other"], [[0.0] * 13 + [100.0]]), cell)
     assert read.tables["distance@smr:other"] == [[0.1]]
+
+
+def test_lengths_are_simulated_where_the_postures_have_their_column_or_by_name(tmp_path: Path) -> None:
+    path, out = written(tmp_path, content(sensors={})), tmp_path / "read.csv"
+    q = np.degrees(np.random.default_rng(5).uniform(-1, 1, (6, 13)))
+    sent = csv_of(tmp_path, [*JOINTS, "distance_mm@smr:tag"], [[*row, 1.0] for row in q])
+    cell = load_cell(path)
+    assert main(["simulate", str(path), str(sent), "-o", str(out)]) == 0
+    read = load_readings(out, cell)
+    assert list(read.tables) == ["distance@smr:tag"]
+    np.testing.assert_allclose(read.tables["distance@smr:tag"][:, 0], length(cell, read.q, "smr:tag"), atol=1e-12)
+    assert main(["simulate", str(path), str(sent), "--views", "smr,distance@smr:tag", "-o", str(out)]) == 0
+    assert list(load_readings(out, cell).tables) == ["position@smr", "distance@smr:tag"]
+    with pytest.raises(InvalidInput, match="'tilt' is no kind of reading that is simulated"):
+        simulate_cell(cell, read, ["tilt@smr"])
 
 
 @pytest.mark.parametrize(
