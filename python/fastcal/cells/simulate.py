@@ -103,8 +103,8 @@ def simulate_cell(
     Args:
         cell: As it is, with the effects of its arms.
         postures: Where it is sent.
-        views: What is read, VIEW or KIND@VIEW, such as `distance@smr:tag`; none: what `postures` has columns of, else all
-            targets from the world.
+        views: What is read, VIEW or KIND@VIEW, such as `distance@smr:tag`; none: what `postures` has columns of, else
+            all targets from the world.
         noise: Standard deviation of each coordinate, and of a length [m].
         noise_rotation: Of the orientation about each axis [rad]; None: none is read.
         repeatability: Of each joint that turns about where it is sent [rad].

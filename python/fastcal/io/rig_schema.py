@@ -88,11 +88,7 @@ def _placement(fields: Fields, frame: Callable[[Fields, str], str]) -> Spec:
     fixed = fields.truth("fixed", False)
     if fixed:
         out["fixed"] = True
-    for name, unit in (("sigma", "mm"), ("sigma", "deg")):
-        if (sigma := fields.optional(f"{name}_{unit}")) is not None:
-            out[f"{name}_{unit}"] = fields.checked_number(f"{name}_{unit}", sigma)
-            if not out[f"{name}_{unit}"] > 0:
-                fields.fail(f"{name}_{unit}", "a standard deviation above 0", sigma)
+    out |= fields.sigmas()
     if fields.has("knocked"):
         out["knocked"] = _knocked(fields.inner("knocked"))
     if (std := fields.optional("identified")) is not None:
@@ -216,8 +212,8 @@ def _board(fields: Fields) -> Spec:
         out[f"{length}_mm"] = fields.quantity(length, "mm")
         if not out[f"{length}_mm"] > 0:
             fields.fail(f"{length}_mm", "a length above 0", out[f"{length}_mm"])
-    if (bend := fields.optional("bend_mm")) is not None:
-        out["bend_mm"] = fields.checked_vector("bend_mm", bend, 3)
+    if fields.has_quantity("bend", "mm"):
+        out["bend_mm"] = fields.quantities("bend", "mm", 3)
     if kind in ("charuco", "april_grid"):
         out["dictionary"] = fields.text("dictionary", "5X5_250" if kind == "charuco" else "36h11")
     if kind == "charuco":

@@ -226,14 +226,7 @@ def _place(fields: Fields) -> tuple[str, Spec, Known]:
     on = fields.text("on", "world")
     place = fields.frame()
     fixed = fields.truth("fixed", False)
-    sigma = {}
-    for unit in ("mm", "deg"):
-        if fields.has(f"sigma_{unit}"):
-            value = fields.number(f"sigma_{unit}")
-            if not value > 0:
-                fields.fail(f"sigma_{unit}", "a number above 0", value)
-            sigma[f"sigma_{unit}"] = value
-    return on, place, Known(fixed, **sigma)
+    return on, place, Known(fixed, **fields.sigmas())
 
 
 def _entry(name: str, fields: Fields) -> _Entry:
