@@ -25,7 +25,7 @@ from fastcal.io.rig_file import cell_spec, is_cell
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.robot_source import RobotSource
 from fastcal.io.ur_files import is_ur_kinematics, ur_spec
-from fastcal.io.urdf_file import ENDINGS, read_urdf, urdf_text, what_urdf_loses
+from fastcal.io.urdf_file import ENDINGS, read_urdf, urdf_text, what_moves_the_tool, what_urdf_loses
 from fastcal.io.urdf_in_place import in_place, is_from_urdf
 from fastcal.io.xml_text import read_xml, xml_bytes
 from fastcal.io.yaml_file import read_text, read_yaml
@@ -205,7 +205,7 @@ def write_spec(
         drop_effects: Write a .urdf though it can't hold the effects of the spec.
 
     Returns:
-        The keys of the spec for which the file has no place (.urdf only).
+        The keys of the spec, and the names of its effects, for which the file has no place (.urdf only).
 
     Raises:
         InvalidInput: The file cannot be written, or it can't hold what moves the tool.
@@ -218,10 +218,10 @@ def write_spec(
     if has_branches(spec):
         raise InvalidInput(f"{path}: a URDF has no place for branches and closed loops; write a .yaml file")
     lost = what_urdf_loses(spec)
-    moving = [key for key in lost if key in ("compensator", "effects", "correction")]
-    if moving and not drop_effects:
+    if (moving := what_moves_the_tool(spec)) and not drop_effects:
         raise InvalidInput(
-            f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file or drop the effects"
+            f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file, or allow them to be dropped "
+            "(--drop-effects)"
         )
     write_bytes(path, xml_bytes(in_place(spec) if is_from_urdf(spec) else urdf_text(spec)))
     return lost

@@ -28,6 +28,8 @@ from fastcal.io.rig_schema import ARM, check_rig
 from fastcal.io.robot_file import read_spec, spec_of
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf_tree
+from fastcal.io.urdf_links import UrdfLinks, links_of
+from fastcal.io.xml_text import read_xml
 from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
@@ -89,10 +91,11 @@ class _Entry:
 
 @dataclass
 class _Chain:
-    """An arm as one chain; the names of arms that end in it."""
+    """An arm as one chain; the names of arms that end in it; the links of its URDF, if it is of one."""
 
     arm: Arm
     ends: list[str] = field(default_factory=list)
+    links: UrdfLinks | None = None
 
 
 def load_cell(path: str | os.PathLike[str]) -> Cell:
@@ -123,13 +126,26 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
         chain.arm.name: chain.arm.flange for chain in chains
     }
 
-    def stands_on(on: str) -> str:
-        return flanges.get(on, on)
+    links = {end: chain.links for chain in chains for end in chain.ends if chain.links is not None}
 
-    arms = tuple(replace(chain.arm, on=stands_on(chain.arm.on)) for chain in chains)
-    placed = tuple(Point(of.name, of.role, stands_on(of.on), of.place, of.known) for of in points)
+    def stands_on(on: str, place: Spec) -> tuple[str, Spec]:
+        arm, _, link = on.partition("/")
+        if not link or arm not in links:
+            return flanges.get(on, on), place
+        try:
+            return links[arm].placed(link, place)
+        except InvalidInput as error:
+            raise ParseError(f"'{on:.60}': {error}", path) from None
+
+    def moved(arm: Arm) -> Arm:
+        on, base = stands_on(arm.on, arm.robot.spec["base"])
+        return replace(arm, on=on) if base is arm.robot.spec["base"] else replace(arm, on=on, robot=_based(arm, base))
+
+    arms = tuple(moved(chain.arm) for chain in chains)
+    placed = tuple(Point(of.name, of.role, *stands_on(of.on, of.place), of.known) for of in points)
     for entry in (*rig["cameras"].values(), *rig["boards"].values()):
-        entry["on"] = stands_on(entry["on"])
+        entry["on"], place = stands_on(entry["on"], {"xyz_mm": entry["xyz_mm"], "rpy_deg": entry["rpy_deg"]})
+        entry |= place
     cell = Cell(name, arms, placed, distances, **rig, record=record)
     _check(cell, top)
     return replace(cell, records=_records(cell, records, top)) if records else cell
@@ -253,14 +269,7 @@ def _place(fields: Fields) -> tuple[str, Spec, Known]:
     on = fields.text("on", "world")
     place = fields.frame()
     fixed = fields.truth("fixed", False)
-    sigma = {}
-    for unit in ("mm", "deg"):
-        if fields.has(f"sigma_{unit}"):
-            value = fields.number(f"sigma_{unit}")
-            if not value > 0:
-                fields.fail(f"sigma_{unit}", "a number above 0", value)
-            sigma[f"sigma_{unit}"] = value
-    return on, place, Known(fixed, **sigma)
+    return on, place, Known(fixed, **fields.sigmas())
 
 
 def _entry(name: str, fields: Fields) -> _Entry:
@@ -314,7 +323,8 @@ def _alone(entry: _Entry, path: Path) -> _Chain:
         source = file if file.suffix else entry.robot
         spec = read_spec(source, base_link=entry.links[0], tip_link=entry.links[1])
     spec["base"] = entry.place
-    return _Chain(Arm(entry.name, Robot(spec), entry.on, entry.known, entry.robot == POSE), [entry.name])
+    arm = Arm(entry.name, Robot(spec), entry.on, entry.known, entry.robot == POSE)
+    return _Chain(arm, [entry.name], links_of(entry.name, spec))
 
 
 def _forked(entries: list[_Entry], path: Path) -> list[_Chain]:
@@ -341,4 +351,11 @@ def _forked(entries: list[_Entry], path: Path) -> list[_Chain]:
         # Behind a fork the first joint's own origin says where it is.
         known = first.known if parent < 0 else Known(fixed=True)
         out.append(_Chain(Arm(name, Robot(spec), on, known), [name] if tip in tips else []))
-    return out
+    shared = [(chain.arm.name, chain.arm.robot.spec) for chain in out]
+    links = UrdfLinks(read_xml(path.parent / first.robot), first.links[0], shared)
+    return [replace(chain, links=links) for chain in out]
+
+
+def _based(arm: Arm, base: Spec) -> Robot:
+    """The arm's robot with its base there."""
+    return Robot({**arm.robot.spec, "base": base})
