@@ -34,7 +34,8 @@ def add_pages(studio: Studio) -> None:
     """Registers a page a screen."""
     ui.add_css(_STYLE, shared=True)
     ui.add_head_html(f"<script>{_FOR_ALL.replace('LANGUAGE', language.get())}</script>", shared=True)
-    ui.button.default_props("no-caps")  # words as they are spoken, as on all pages
+    for of_words in (ui.button, ui.tab, ui.toggle):
+        of_words.default_props("no-caps")  # words as they are spoken, as on all pages
     for address, title, _icon, purpose, module in SCREENS:
         ui.page(address, title=f"{_(title)} · fastcal studio")(_page(studio, address, title, purpose, module))
 

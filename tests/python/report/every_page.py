@@ -65,6 +65,19 @@ QUIET = ("Canvas2D", "GPU", "GL Driver")  # what a browser that draws in softwar
 PIECE = 4000  # a browser that draws in software paints no higher picture at once [CSS pixels]
 
 
+PAPER = 687  # of text between the margins of A4, as in page.js [CSS pixels]
+
+
+def on_paper(shown: Any) -> dict[str, Any]:
+    """What LOOK sees of a page as it is printed."""
+    shown.set_viewport_size({"width": PAPER, "height": PIECE})
+    shown.wait_for_timeout(500)
+    shown.evaluate("dispatchEvent(new Event('beforeprint'))")
+    shown.emulate_media(media="print")
+    shown.wait_for_timeout(500)
+    return dict(shown.evaluate(LOOK))
+
+
 def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
     """What is wrong with a page on some screen, in words; with `picture` also PICTURE.SCREEN.png and PICTURE.pdf."""
     size = page.stat().st_size
@@ -92,6 +105,11 @@ def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
             _photograph(shown, f"{picture}.{width}.{scheme}.png")
             if (width, scheme) == SCREENS[0]:
                 shown.pdf(path=f"{picture}.pdf", prefer_css_page_size=True)
+        if (width, scheme) == SCREENS[0]:
+            printed = on_paper(shown)
+            found += [f"paper: {kind}: {each}" for kind in ("overlap", "cut", "over", "empty") for each in printed[kind]]
+            if printed["wide"] != PAPER:
+                found.append(f"paper: {printed['wide']} pixels wide")
         context.close()
     return found
 

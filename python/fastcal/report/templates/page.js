@@ -308,9 +308,22 @@ async function toPaper() {
     const columns = Number(/columns-(\d)/.exec(plot.closest(".figure").className)[1]);
     const width = Math.floor(((PAPER_WIDTH + PAPER_GAP) * columns) / 6 - PAPER_GAP);
     const height = Number(plot.dataset.paper) || Math.min(plot.offsetHeight, Math.round(PAPER_ASPECT[columns] * width));
-    plot.style.setProperty("--paper-height", `${height}px`);
-    Plotly.relayout(plot, { width, height, "font.size": 10, "xaxis.title.font.size": 10, "yaxis.title.font.size": 10 });
+    toSize(plot, width, height);
+    const missing = overhang(plot);
+    if (missing > 0) toSize(plot, width, height + 2 * missing);
   }
+}
+
+function toSize(plot, width, height) {
+  plot.style.setProperty("--paper-height", `${height}px`);
+  Plotly.relayout(plot, { width, height, "font.size": 10, "xaxis.title.font.size": 10, "yaxis.title.font.size": 10 });
+}
+
+// By how much the title of a vertical axis is longer than its drawing is high, at the end where it is cut more.
+function overhang(plot) {
+  const frame = plot.querySelector(".main-svg").getBoundingClientRect();
+  const titles = [...plot.querySelectorAll(".ytitle, .y2title")].map((each) => each.getBoundingClientRect());
+  return Math.ceil(Math.max(0, ...titles.map((each) => Math.max(frame.top - each.top, each.bottom - frame.bottom))));
 }
 
 async function toScreen() {
