@@ -376,7 +376,7 @@ def variables_in_words(names: Iterable[str]) -> list[str]:
         word = re.sub(r"_[xyz]$", "", name)
         joint = re.fullmatch(r"([a-z]+)(\d+)", word)
         if name in ("x", "y", "z"):
-            out[said("the place in the workspace")] = None
+            out[said("the position in space")] = None
         elif joint and joint[1] in _OF_A_JOINT:
             out[said(_OF_A_JOINT[joint[1]], number=joint[2])] = None
         elif not (joint and joint[1] == "q"):

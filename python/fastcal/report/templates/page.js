@@ -5,6 +5,7 @@
 // Widths in CSS pixels of figures on A4 with 14 mm margins (182 mm of text): the sizes on paper can't be asked for before printing.
 const PAPER_WIDTH = 687;
 const PAPER_GAP = 12;
+const PAPER_CARD = 41; // border and margins of the verdict
 const PAPER_SCENE = [440, 240]; // as in page.css
 const PAPER_ASPECT = { 2: 0.6, 3: 0.42, 4: 0.36, 6: 0.28 };
 const NARROW = 480, LETTER = 6.3, LINE = 15; // [pixels]
@@ -97,19 +98,28 @@ function drawScene(plot, data, layout, narrow, postures) {
   plot.dataset.state = "drawn";
 }
 
-// The title below an axis that is shorter stands on as many lines as it needs.
-function wrappedTitle(plot, { xaxis }) {
+// The title below an axis that is shorter stands on two lines, or, where these are too few, below its names as well.
+function wrappedTitle(plot, { xaxis, annotations }) {
   const text = xaxis?.title?.text ?? "";
-  const most = Math.floor((plot._fullLayout.xaxis?._length ?? Infinity) / LETTER);
-  if (text.length <= most) return {};
+  const { _length: across = Infinity, _offset: before = 0, title } = plot._fullLayout.xaxis ?? {};
+  const own = linesOf(text, across);
+  if (own.length < 2) return {};
+  const lines = own.length > 2 ? linesOf(text, before + across) : own;
+  const added = (lines.length - 1) * LINE;
+  const changes = { "margin.b": plot._fullLayout.margin.b + added, height: plot._fullLayout.height + added };
+  if (lines === own) return { ...changes, "xaxis.title.text": lines.join("<br>") };
+  const below = { text: lines.join("<br>"), font: title.font, align: "right", showarrow: false, xref: "paper", x: 1,
+    xanchor: "right", yref: "paper", y: 0, yanchor: "top", yshift: -1.5 * LINE };
+  return { ...changes, "xaxis.title.text": "", annotations: [...(annotations ?? []), below] };
+}
+
+function linesOf(text, width) {
   const lines = [""];
   for (const word of text.split(" ")) {
-    if (lines.at(-1) && `${lines.at(-1)} ${word}`.length > most) lines.push("");
+    if (lines.at(-1) && `${lines.at(-1)} ${word}`.length > Math.floor(width / LETTER)) lines.push("");
     lines.push(`${lines.pop()} ${word}`.trim());
   }
-  const added = (lines.length - 1) * LINE;
-  const height = plot._fullLayout.height + added;
-  return { "xaxis.title.text": lines.join("<br>"), "margin.b": plot._fullLayout.margin.b + added, height };
+  return lines;
 }
 
 // Names in a drawing that run over its edge are written as small as they must be.
@@ -306,7 +316,8 @@ async function toPaper() {
   if (prefersDark.matches) await redraw(flat(), true);
   for (const plot of flat()) {
     const columns = Number(/columns-(\d)/.exec(plot.closest(".figure").className)[1]);
-    const width = Math.floor(((PAPER_WIDTH + PAPER_GAP) * columns) / 6 - PAPER_GAP);
+    const across = PAPER_WIDTH - (plot.closest(".verdict") ? PAPER_CARD : 0);
+    const width = Math.floor(((across + PAPER_GAP) * columns) / 6 - PAPER_GAP);
     const height = Number(plot.dataset.paper) || Math.min(plot.offsetHeight, Math.round(PAPER_ASPECT[columns] * width));
     toSize(plot, width, height);
     const missing = overhang(plot);
