@@ -65,7 +65,7 @@ def step(result: CalibrationResult, arguments: Sequence[str] = (), *, is_why_tol
 def _after_failure(result: CalibrationResult) -> str:
     """What the failure itself asks for, where it knows."""
     if result.doubts:
-        return _("resolve the warnings first; if that does not help, measure more poses, or more varied ones")
+        return _("resolve the warnings, then calibrate again")
     _why, act = parts_of_failure(result.message)
     return _(act) if act else _("measure more poses, or more varied ones; `fastcal design` chooses them")
 

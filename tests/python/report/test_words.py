@@ -150,7 +150,7 @@ def test_what_a_reader_must_know_first_comes_first(clean: CalibrationResult) -> 
 def test_a_failure_claims_nothing_good(clean: CalibrationResult) -> None:
     failed = dataclasses.replace(clean, status="not_converged", doubts=["is it the right robot?"])
     assert [remark.is_caution for remark in judge(failed).remarks] == [True]
-    assert step(failed).startswith("resolve the warnings first")
+    assert step(failed) == "resolve the warnings, then calibrate again"
     assert step(dataclasses.replace(failed, doubts=[])).startswith("measure more poses")
 
 
