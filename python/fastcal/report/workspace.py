@@ -341,7 +341,8 @@ def _contributions_note(arm: Arm, contributions: Array, *, now: bool) -> str:
         text = _("Joints are coloured by how far their change moves the tool (RMS): {joints}.", joints=", ".join(sizes))
     else:
         text = _(
-            "Joints are coloured by how far the tool would be off (RMS) if the joint alone were left as it was: {joints}.",
+            "Joints are coloured by how far the tool would be off (RMS) if the joint alone were left as it was: "
+            "{joints}.",
             joints=", ".join(sizes),
         )
     return f" {text}"

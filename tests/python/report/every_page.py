@@ -61,6 +61,7 @@ LOOK = """() => {
     empty: plots.filter((plot) => !["drawn", "message"].includes(plot.dataset.state)).map(named),
   };
 }"""
+KINDS = ("overlap", "cut", "over", "empty")  # of what LOOK finds
 QUIET = ("Canvas2D", "GPU", "GL Driver")  # what a browser that draws in software says of itself
 PIECE = 4000  # a browser that draws in software paints no higher picture at once [CSS pixels]
 
@@ -93,7 +94,7 @@ def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
         shown.locator('body[data-state="ready"]').wait_for(timeout=120_000)
         seen = shown.evaluate(LOOK)
         on = f"{width} {scheme}"
-        found += [f"{on}: {kind}: {each}" for kind in ("overlap", "cut", "over", "empty") for each in seen[kind]]
+        found += [f"{on}: {kind}: {each}" for kind in KINDS for each in seen[kind]]
         found += [f"{on}: console: {text}" for text in said if not any(known in text for known in QUIET)]
         if seen["wide"] != width:
             found.append(f"{on}: {seen['wide']} pixels wide")
@@ -107,7 +108,7 @@ def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
                 shown.pdf(path=f"{picture}.pdf", prefer_css_page_size=True)
         if (width, scheme) == SCREENS[0]:
             printed = on_paper(shown)
-            found += [f"paper: {kind}: {each}" for kind in ("overlap", "cut", "over", "empty") for each in printed[kind]]
+            found += [f"paper: {kind}: {each}" for kind in KINDS for each in printed[kind]]
             if printed["wide"] != PAPER:
                 found.append(f"paper: {printed['wide']} pixels wide")
         context.close()
