@@ -26,7 +26,7 @@ from fastcal.measurements.kinds import POINTS, KindNoise
 from fastcal.report.calibration_report import calibration_page
 from fastcal.robot.given import RobotLike
 from fastcal.robot.robot import Robot
-from fastcal.said import joined
+from fastcal.said import joined, sentence_of
 
 if TYPE_CHECKING:
     from fastcal.diagnosis import Diagnosis
@@ -56,7 +56,7 @@ def calibrate_arm(
         found = calibrate(_robot(arm.robot), arm.data, test=arm.test, checks=checks, **options)
         row = _row(arm.name, found, "all" if checks else "fit")
     except FastcalError as error:
-        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all" if checks else "fit", message=str(error))
+        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all" if checks else "fit", message=sentence_of(error))
     if folder is not None:
         _write(Path(folder), found, row, key, report)
     return row
@@ -80,7 +80,7 @@ def diagnose_arm(arm: Arm, options: Mapping[str, Any], *, folder: str | None = N
     try:
         found = diagnose(_robot(arm.robot), arm.data, test=arm.test, **options)
     except FastcalError as error:
-        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all", message=str(error))
+        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all", message=sentence_of(error))
         if folder is not None:
             with atomic_folder(folder, owned=OF_DIAGNOSIS) as place:
                 write_json(place / "diagnosis.json", _record(key, row))

@@ -128,8 +128,8 @@ def _spoken(causes: str) -> str:
 
 
 def _without_folders(message: str) -> str:
-    """A message with the names of files alone: where they are is private."""
-    return re.sub(r"(?:[A-Za-z]:)?[/\\](?:[^/\\\s:]+[/\\])+(?=[^/\\\s:]+:)", "", message)
+    """A message in the page's language, with the names of files alone: where they are is private."""
+    return re.sub(r"(?:[A-Za-z]:)?[/\\](?:[^/\\\s:]+[/\\])+(?=[^/\\\s:]+:)", "", retold(message))
 
 
 def _tiles(found: Fleet) -> list[tuple[str, str, str]]:
