@@ -103,11 +103,12 @@ def fleet(say: Say, arms: str, out: str, diagnosed: bool = False) -> Any:
     from fastcal.fleet.page import write_fleet
 
     listed = read_list(arms)
-    found = diagnose_many(listed, out=out, progress=say) if diagnosed else calibrate_many(
-        listed, out=out, reports=True, progress=say
+    spoken = language.get()
+    found = diagnose_many(listed, out=out, language=spoken, progress=say) if diagnosed else calibrate_many(
+        listed, out=out, reports=True, language=spoken, progress=say
     )  # fmt: skip
     say(said("writing the page"))
-    write_fleet(found, Path(out), language=language.get())
+    write_fleet(found, Path(out), language=spoken)
     return {"arms": [arm.to_row() for arm in found]}
 
 
