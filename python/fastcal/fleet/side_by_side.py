@@ -107,7 +107,8 @@ def diagnose_many(
     report = progress or _silent
     with workers(jobs, cluster) as side_by_side:
         report(said("diagnosing {count} arms", count=len(arms)))
-        return Fleet(_rows(arms, partial(diagnose_arm, options=options, language=language), out, 1, side_by_side, report))
+        work = partial(diagnose_arm, options=options, language=language)
+        return Fleet(_rows(arms, work, out, 1, side_by_side, report))
 
 
 def suspects(rows: Sequence[ArmResult]) -> set[str]:
