@@ -25,9 +25,10 @@ HARMLESS = ("Resize must be passed a displayed plot div element", "WebGL")
 PATIENCE, SHORT = 120_000, 15_000  # [ms] on a busy machine; the former also of the browser's start
 
 
-# Words that are shown in capitals, which no language writes so.
-SHOUTED = """() => [...document.querySelectorAll("body *")].filter((each) =>
-  each.checkVisibility() && getComputedStyle(each).textTransform === "uppercase" && each.textContent.trim()
+# Words that are shown in capitals, which no language writes so; the names of icons are no words.
+SHOUTED = """() => [...document.querySelectorAll("body *:not(i)")].filter((each) =>
+  each.checkVisibility() && getComputedStyle(each).textTransform === "uppercase" &&
+  [...each.childNodes].some((part) => part.nodeType === Node.TEXT_NODE && part.textContent.trim())
 ).map((each) => each.textContent.trim())"""
 
 
