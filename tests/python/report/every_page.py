@@ -61,6 +61,7 @@ LOOK = """() => {
     empty: plots.filter((plot) => !["drawn", "message"].includes(plot.dataset.state)).map(named),
   };
 }"""
+DIAGNOSIS = {"diagnose", "diagnosed"}  # parts of the names of such cases
 KINDS = ("overlap", "cut", "over", "empty")  # of what LOOK finds
 QUIET = ("Canvas2D", "GPU", "GL Driver")  # what a browser that draws in software says of itself
 PIECE = 4000  # a browser that draws in software paints no higher picture at once [CSS pixels]
@@ -100,7 +101,8 @@ def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
             found.append(f"{on}: {seen['wide']} pixels wide")
         if axe is not None:
             found += [f"{on}: axe-core: {rule}: {element[:200]}" for rule, element, _act in inaccessible(shown, axe)]
-        if page.parent.parent.name.startswith("diagnose") and (seen["words"] > WORDS or seen["charts"] > CHARTS):
+        is_diagnosis = not DIAGNOSIS.isdisjoint(page.parent.parent.name.split("_"))
+        if is_diagnosis and (seen["words"] > WORDS or seen["charts"] > CHARTS):
             found.append(f"{on}: {seen['words']} words, {seen['charts']} charts")
         if picture is not None:
             _photograph(shown, f"{picture}.{width}.{scheme}.png")
