@@ -8,7 +8,7 @@ const PAPER_GAP = 12;
 const PAPER_CARD = 41; // border and margins of the verdict
 const PAPER_SCENE = [440, 240]; // as in page.css
 const PAPER_ASPECT = { 2: 0.6, 3: 0.42, 4: 0.36, 6: 0.28 };
-const NARROW = 480, LETTER = 6.3, LINE = 15; // [pixels]
+const NARROW = 480, LINE = 15; // [pixels]
 const PHONE = 560; // as in page.css
 const plots = [...document.querySelectorAll(".plot")];
 const drawn = plots.map(() => false);
@@ -80,10 +80,11 @@ async function draw(plot, place) {
   const { data, layout, narrow, postures, links, pages, rows } = drawing(plot);
   if (plot.dataset.kind === "scene") return drawScene(plot, data, layout, narrow, postures);
   await Plotly.newPlot(plot, data, layout, { responsive: true, displayModeBar: false });
-  const changes = plot.clientWidth < NARROW ? { ...narrow, ...wrappedTitle(plot, layout) } : {};
-  if (changes.height) plot.style.height = `${changes.height}px`;
-  if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
-  if (plot.clientWidth < NARROW) await fitted(plot);
+  if (plot.clientWidth < NARROW) {
+    await changed(plot, narrow ?? {});
+    await wrapTitle(plot, layout);
+    await fitted(plot);
+  }
   if (rows?.traces) followRows(plot, rows, data);
   if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
   if (pages?.length) plot.on("plotly_click", ({ points: [hit] }) => pages[hit.pointIndex] && location.assign(pages[hit.pointIndex]));
@@ -98,25 +99,41 @@ function drawScene(plot, data, layout, narrow, postures) {
   plot.dataset.state = "drawn";
 }
 
-// The title below an axis that is shorter stands on two lines, or, where these are too few, below its names as well.
-function wrappedTitle(plot, { xaxis, annotations }) {
+async function changed(plot, changes) {
+  if (changes.height) plot.style.height = `${changes.height}px`;
+  if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
+}
+
+// The title below an axis that is shorter stands on two lines, or, where these are too few, below its names as well;
+// once more where the axis became shorter meanwhile, as names beside it took their room.
+async function wrapTitle(plot, layout) {
+  const { height, margin } = plot._fullLayout;
+  for (let across = Infinity, rounds = 0; rounds < 3 && plot._fullLayout.xaxis?._length < across - 1; rounds++) {
+    across = plot._fullLayout.xaxis._length;
+    await changed(plot, wrappedTitle(plot, layout, height, margin.b));
+  }
+}
+
+function wrappedTitle(plot, { xaxis, annotations }, height, bottom) {
   const text = xaxis?.title?.text ?? "";
-  const { _length: across = Infinity, _offset: before = 0, title } = plot._fullLayout.xaxis ?? {};
-  const own = linesOf(text, across);
+  const { _length: across, _offset: before, title } = plot._fullLayout.xaxis;
+  const own = linesOf(text, across, title.font);
   if (own.length < 2) return {};
-  const lines = own.length > 2 ? linesOf(text, before + across) : own;
+  const lines = own.length > 2 ? linesOf(text, before + across, title.font) : own;
   const added = (lines.length - 1) * LINE;
-  const changes = { "margin.b": plot._fullLayout.margin.b + added, height: plot._fullLayout.height + added };
+  const changes = { "margin.b": bottom + added, height: height + added };
   if (lines === own) return { ...changes, "xaxis.title.text": lines.join("<br>") };
   const below = { text: lines.join("<br>"), font: title.font, align: "right", showarrow: false, xref: "paper", x: 1,
     xanchor: "right", yref: "paper", y: 0, yanchor: "top", yshift: -1.5 * LINE };
   return { ...changes, "xaxis.title.text": "", annotations: [...(annotations ?? []), below] };
 }
 
-function linesOf(text, width) {
+function linesOf(text, width, { size, family }) {
+  const pen = document.createElement("canvas").getContext("2d");
+  pen.font = `${size}px ${family}`;
   const lines = [""];
   for (const word of text.split(" ")) {
-    if (lines.at(-1) && `${lines.at(-1)} ${word}`.length > Math.floor(width / LETTER)) lines.push("");
+    if (lines.at(-1) && pen.measureText(`${lines.at(-1)} ${word}`).width > width) lines.push("");
     lines.push(`${lines.pop()} ${word}`.trim());
   }
   return lines;
