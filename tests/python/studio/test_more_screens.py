@@ -174,3 +174,24 @@ def test_fleet_matrix(look: Any, studio: Any) -> None:
     page.goto(studio.base + look.get("arm-link").first.get_attribute("href"))
     page.locator("h1").first.wait_for()
     page.close()
+
+
+@patiently
+def test_what_stands_where_is_drawn_and_kept(look: Any, studio: Any) -> None:
+    """A tool that is longer by 100 mm: the tool's place follows, and so does the file once it is saved."""
+    page = look.go("/arm")
+    look.get("tool").wait_for()
+    before = fastcal.load_robot(studio.folder / "robot.yaml").spec["tool"]["xyz_mm"][2]
+    at = look.get("tool").inner_text()
+    page.get_by_label("tool: z mm", exact=True).fill(str(before + 100))
+    look.get("tool").filter(has_not_text=at).wait_for()
+    assert fastcal.load_robot(studio.folder / "robot.yaml").spec["tool"]["xyz_mm"][2] == before
+    look.get("save-places").click()
+    look.get("kept-places").filter(has_text="robot.yaml").wait_for()
+    kept = fastcal.load_robot(studio.folder / "robot.yaml")
+    assert kept.spec["tool"]["xyz_mm"][2] == before + 100
+    moved = 1000 * kept.forward(np.zeros((1, 6)))[0, :3, 3]
+    assert f"x {moved[0]:.2f} y {moved[1]:.2f} z {moved[2]:.2f} mm," in " ".join(look.get("tool").inner_text().split())
+    look.everybody()
+    page.get_by_label("tool: z mm", exact=True).fill(str(before))
+    look.get("save-places").click()
