@@ -65,8 +65,8 @@ def _beyond_its_times(entry: Spec, data: Dataset) -> list[str]:
         return []
     return [
         said(
-            "the time is outside the {first:.6g} to {last:.6g} s that {effect} was fitted on in {rows} rows; there it is "
-            "held constant",
+            "the time is outside the {first:.6g} to {last:.6g} s that {effect} was fitted on in {rows} rows; there it "
+            "is held constant",
             first=float(options["first"]),
             last=float(options["last"]),
             effect=label(entry),
