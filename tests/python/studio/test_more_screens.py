@@ -195,3 +195,41 @@ def test_what_stands_where_is_drawn_and_kept(look: Any, studio: Any) -> None:
     look.everybody()
     page.get_by_label("tool: z mm", exact=True).fill(str(before))
     look.get("save-places").click()
+
+
+@patiently
+def test_an_arm_of_the_fleet_is_checked(look: Any, studio: Any) -> None:
+    """A joint's zero that moved by 0.05 degrees after the fleet was calibrated is named, and what to do about it."""
+    project = Project(studio.folder)
+    there = studio.folder / "fleet" / "cell_1"
+    data = fastcal.load_measurements(studio.folder / "fleet_data" / "cell_1.csv", project.robot())
+    result = fastcal.calibrate(project.robot(), data, effects="geometry,joint_compliance@joint2")
+    there.mkdir(parents=True, exist_ok=True)
+    result.model.save(there / "model.yaml")
+    spec = fastcal.load_robot(there / "model.yaml").spec
+    spec["joints"][2]["theta_deg"] += 0.05
+    moved = fastcal.load_robot({key: value for key, value in spec.items() if key != "calibration"})
+    for month, real in ((3, result.model), (4, moved)):
+        measured = fastcal.simulate(real, fastcal.check_poses(result.model, 8).q, noise=3e-5, seed=month)
+        fastcal.write_measurements(studio.folder / f"new_{month}.csv", measured, real.joint_types)
+    page = look.go("/fleet")
+    page.locator('[data-test="check-model"]').click()
+    page.get_by_role("option", name="fleet/cell_1/model.yaml", exact=True).click()
+    for month, verdict in ((3, "holds"), (4, "changed")):
+        page.get_by_label("Date", exact=True).fill(f"2026-0{month}-02")
+        look.drop("check", studio.folder / f"new_{month}.csv")
+        page.locator(f'[data-test="checked"][data-verdict="{verdict}"]').wait_for()
+    assert "joint 3 zero by +0.0" in look.get("checked").inner_text()
+    assert "re-master joint 3" in look.get("act").inner_text()
+    look.everybody()
+    kept = studio.folder / "checks" / "cell_1" / "2026-04-02.json"
+    first = kept.read_bytes()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(studio.folder)
+        line = shlex.split(look.get("command").first.inner_text())
+        assert command([*line[1:], "--quiet"]) == 4  # it has changed
+    assert kept.read_bytes() == first
+    shown = page.context.new_page()
+    shown.goto(studio.base + look.get("history-link").get_attribute("href"))
+    shown.locator("h1").filter(has_text="cell_1").wait_for()
+    shown.close()
