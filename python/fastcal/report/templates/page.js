@@ -177,10 +177,10 @@ function numeral(value, options = {}) {
   return new Intl.NumberFormat(document.documentElement.lang, how).format(value).replace("-", "\u2212");
 }
 
-// A row is chosen by the slider, a click on a point, an arrow or a line of the outliers; every drawing then shows it.
+// A row is chosen by the slider, a click on a point, an arrow, a line of the outliers or a picture; all then show it.
 const chooses = [];
 function choose(row) {
-  for (const line of document.querySelectorAll("tr[data-row]")) line.classList.toggle("chosen", line.dataset.row === row);
+  for (const line of document.querySelectorAll("[data-row]")) line.classList.toggle("chosen", line.dataset.row === row);
   for (const show of chooses) show(row);
 }
 
@@ -227,7 +227,7 @@ function followPostures(plot, { points, width, parts, of, labels, rows, shown, f
   scene.picked.push((trace, k) => {
     if (k < posture.length && !traces.includes(trace) && scene.data[trace].mode === "markers") choose(rows[posture[k]]);
   });
-  for (const line of document.querySelectorAll("tr[data-row]")) {
+  for (const line of document.querySelectorAll("[data-row]")) {
     if (!rows.includes(line.dataset.row)) continue;
     line.addEventListener("click", () => {
       choose(line.dataset.row);
