@@ -336,7 +336,7 @@ def test_what_something_without_a_name_depends_on_is_spoken() -> None:
     assert depends(["sight_x", "sight_y", "sight_z"]) == "the side from which the instrument sees it"
     assert depends(["gravity"]) == "its orientation to gravity"
     assert depends(["weight_x", "weight_y"]) == "the payload and its orientation to gravity"
-    assert depends(["x", "y", "z"]) == "the place in the workspace"
+    assert depends(["x", "y", "z"]) == "the position in space"
     assert depends(["load4", "time_s"]) == "the load on joint 4 and time"
     assert depends(["flow"]) == "the column flow"
 
