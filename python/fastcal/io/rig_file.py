@@ -19,6 +19,10 @@ from fastcal.robot.robot_spec import frame_spec
 Spec = dict[str, Any]
 
 
+OF_CELLS = ("targets", "sensors", "known_distances")  # keys of cells that no robot alone has
+TAKE_CELLS = "calibrate, evaluate, diagnose, check, update, compare, predict, simulate, design and place"
+
+
 def is_cell(value: Any) -> bool:
     """Does a file name arms instead of being one?"""
     return isinstance(value, dict) and "arms" in value
@@ -39,10 +43,7 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     name = top.text("cell", path.stem)
     arms = top.inner("arms").rest()
     if len(arms) != 1:
-        taken = (
-            "calibrate, evaluate, diagnose, check, update, compare, predict, simulate, design and place take several"
-        )
-        top.refuse("arms", f"expected one arm, got {len(arms)}; {taken}")
+        top.refuse("arms", f"expected one arm, got {len(arms)}; {TAKE_CELLS} take several")
     (arm, given), *_ = arms.items()
     fields = Fields({"robot": given} if isinstance(given, str) else given, f"arms.{arm}", path)
     source = fields.text("robot")

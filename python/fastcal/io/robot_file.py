@@ -21,7 +21,7 @@ from fastcal.io.loop_lists import closing_frame, is_loop_list
 from fastcal.io.mechanism_file import ENDINGS as MECHANISMS
 from fastcal.io.mechanism_file import read_mechanism, with_lists, with_loops
 from fastcal.io.regular_file import is_folder, is_there
-from fastcal.io.rig_file import cell_spec, is_cell
+from fastcal.io.rig_file import OF_CELLS, TAKE_CELLS, cell_spec, is_cell
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.robot_source import RobotSource
 from fastcal.io.ur_files import is_ur_kinematics, ur_spec
@@ -97,6 +97,8 @@ def read_spec(
         value = read_yaml(path)
     if is_cell(value) and not links:
         value = cell_spec(value, path, read_spec)
+    elif isinstance(value, dict) and (own := [key for key in OF_CELLS if key in value]):
+        raise ParseError(f"{own[0]}: makes the file a cell, which {TAKE_CELLS} take", path)
     return _of_content(value, path, links, xacro)
 
 

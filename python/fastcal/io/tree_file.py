@@ -24,6 +24,7 @@ from fastcal.io.calibration_schema import check_calibration
 from fastcal.io.fields import Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.regular_file import is_file
+from fastcal.io.rig_file import OF_CELLS
 from fastcal.io.rig_schema import ARM, check_rig
 from fastcal.io.robot_file import read_spec, spec_of
 from fastcal.io.robot_schema import Spec, check_spec
@@ -35,8 +36,7 @@ from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
-_OF_CELLS = ("targets", "sensors", "known_distances")  # keys that no robot alone has
-_MAY_BE_A_CELL = re.compile(rf"^['\"]?(arms|{'|'.join(_OF_CELLS)})['\"]?:", re.MULTILINE)
+_MAY_BE_A_CELL = re.compile(rf"^['\"]?(arms|{'|'.join(OF_CELLS)})['\"]?:", re.MULTILINE)
 
 
 def is_cell(source: str | os.PathLike[str]) -> bool:
@@ -52,7 +52,7 @@ def is_cell(source: str | os.PathLike[str]) -> bool:
     content = read_yaml(path)
     if not isinstance(content, dict):
         return False
-    if not content.keys().isdisjoint(_OF_CELLS):
+    if not content.keys().isdisjoint(OF_CELLS):
         return True
     if "cameras" not in content:
         return "arms" in content
@@ -65,7 +65,7 @@ def _content(path: str | os.PathLike[str]) -> Any:
     content = read_yaml(path)
     if not isinstance(content, dict) or "arms" in content:
         return content
-    there = {key: content[key] for key in (*_OF_CELLS, "cameras", "boards") if key in content}
+    there = {key: content[key] for key in (*OF_CELLS, "cameras", "boards") if key in content}
     targets, tool = there.get("targets") or {}, content.get("tool") or {}
     if isinstance(targets, dict) and isinstance(tool, dict) and tool:
         there["targets"] = {"tool": {"on": ARM, **tool}, **targets}  # of columns without a name

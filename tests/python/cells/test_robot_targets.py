@@ -11,6 +11,7 @@ import yaml
 
 from fastcal.calibration.simulation import perturbed
 from fastcal.cli.app import main
+from fastcal.errors import ParseError
 from fastcal.io.robot_file import load_robot
 from fastcal.io.tree_file import is_cell
 
@@ -121,3 +122,8 @@ def test_an_axis_without_a_column_is_named(folder: Path, tmp_path: Path, capsys:
     (tmp_path / "j.csv").write_text(text)
     assert main(["calibrate", str(folder / "robot.yaml"), str(tmp_path / "j.csv"), "-o", str(tmp_path / "no")]) == 2
     assert "there is no column of arm.j4; expected arm.j4_deg" in capsys.readouterr().err
+
+
+def test_what_takes_no_cell_says_so(folder: Path) -> None:
+    with pytest.raises(ParseError, match=r"targets: makes the file a cell, which calibrate, .* take"):
+        load_robot(folder / "robot.yaml")
