@@ -19,7 +19,7 @@ from fastcal.robot.robot_spec import frame_spec
 Spec = dict[str, Any]
 
 
-OF_CELLS = ("targets", "sensors", "known_distances")  # keys of cells that no robot alone has
+OF_CELLS = ("targets", "sensors")  # keys of cells that no robot alone has; known_distances of sockets it may have
 TAKE_CELLS = "calibrate, evaluate, diagnose, check, update, compare, predict, simulate, design and place"
 
 

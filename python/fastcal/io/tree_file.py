@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Cell files in and out: YAML of arms, targets, sensors, cameras and boards, each with what it stands on.
 
-A robot file with targets, sensors or known distances of its own is a cell of that one arm.
+A robot file with targets or sensors of its own is a cell of that one arm.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def is_cell(source: str | os.PathLike[str]) -> bool:
         return False
     if not content.keys().isdisjoint(OF_CELLS):
         return True
-    if "cameras" not in content:
+    if "cameras" not in content or "known_distances" in content:
         return "arms" in content
     arms = content.get("arms")
     return isinstance(arms, dict) and len(arms) > 1
@@ -65,7 +65,7 @@ def _content(path: str | os.PathLike[str]) -> Any:
     content = read_yaml(path)
     if not isinstance(content, dict) or "arms" in content:
         return content
-    there = {key: content[key] for key in (*OF_CELLS, "cameras", "boards") if key in content}
+    there = {key: content[key] for key in (*OF_CELLS, "known_distances", "cameras", "boards") if key in content}
     targets, tool = there.get("targets") or {}, content.get("tool") or {}
     if isinstance(targets, dict) and isinstance(tool, dict) and tool:
         there["targets"] = {"tool": {"on": ARM, **tool}, **targets}  # of columns without a name

@@ -127,3 +127,11 @@ def test_an_axis_without_a_column_is_named(folder: Path, tmp_path: Path, capsys:
 def test_what_takes_no_cell_says_so(folder: Path) -> None:
     with pytest.raises(ParseError, match=r"targets: makes the file a cell, which calibrate, .* take"):
         load_robot(folder / "robot.yaml")
+
+
+def test_known_distances_of_sockets_make_a_robot_file_no_cell(folder: Path, tmp_path: Path) -> None:
+    spec = yaml.safe_load((folder / "alone.yaml").read_text())
+    spec["known_distances"] = [{"from": "socket a", "to": "socket b", "mm": 100.0, "sigma_mm": 0.1}]
+    (tmp_path / "sockets.yaml").write_text(yaml.safe_dump(spec))
+    assert not is_cell(tmp_path / "sockets.yaml")
+    assert load_robot(tmp_path / "sockets.yaml").joint_count == 6
