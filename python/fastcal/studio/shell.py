@@ -178,6 +178,8 @@ _STYLE = """
 .studio-command { background: rgba(127, 127, 127, .12); border-radius: .4rem; padding: .3rem .6rem; }
 .q-btn, .q-tab { text-transform: none; } /* words as they are spoken, as on all pages */
 /* Quasar's colours stand in a layer and are important: only their variables can be set from here. */
+/* A scene in space has one ground: light and dark change places, colours stay what they are. */
+.body--dark .nicegui-scene canvas { filter: invert(0.92) hue-rotate(180deg); }
 .body--dark .text-primary { --q-primary: #7fb6dc; }
 .body--dark .text-positive { --q-positive: #74c894; }
 .body--dark .text-negative { --q-negative: #f2938c; }
