@@ -143,7 +143,7 @@ def diagnose_cell(
         say(line)
     say(str(output / "report.html"))
     emit(found.to_json_dict())
-    if found.rises:
+    if found.status != "converged":
         raise typer.Exit(NOT_CONVERGED)
 
 

@@ -91,7 +91,7 @@ def diagnose(
         write_diagnosis(found, output, made_by=origin, language=page_language)
     warn(found.notes)
     say_diagnosis(found, output)
-    if found.judged_gap.rises:
+    if found.status != "converged":
         raise typer.Exit(NOT_CONVERGED)
 
 

@@ -84,7 +84,7 @@ def test_a_wave_is_named_with_its_arm_and_is_in_the_model(
     tmp_path: Path, joint: str, owner: str, seen: list[str]
 ) -> None:
     found = diagnosed(tmp_path, joint)
-    assert found["verdict"] == "named"
+    assert (found["status"], found["verdict"]) == ("converged", "named")
     (cause,) = found["effects"]
     assert (cause["effect"], cause["owner"]) == ("gear_harmonic", owner)
     assert cause["seen_by"] == seen
