@@ -35,14 +35,14 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
 
 
 def is_cell(source: str | os.PathLike[str]) -> bool:
-    """Is it a YAML file of arms? One arm with cameras and nothing else is read as a robot with what it carries."""
+    """Is it a YAML file of arms? One arm with cameras or loops and nothing else is read as a robot that has them."""
     path = Path(source)
     if path.suffix.lower() not in (".yaml", ".yml") or not is_file(path):
         return False
     if not re.search(r"^['\"]?arms['\"]?:", read_text(path), re.MULTILINE):
         return False
     content = read_yaml(path)
-    if not isinstance(content, dict) or "cameras" not in content:
+    if not isinstance(content, dict) or content.keys().isdisjoint(("cameras", "loops")):
         return True
     arms = content.get("arms")
     several = isinstance(arms, dict) and len(arms) > 1
@@ -90,6 +90,8 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     rig = _rig(top)
     records = top.inner("calibrations", {}).rest()
     record = check_calibration(top.inner("calibration"), []) if top.has("calibration") else None
+    if top.has("loops"):
+        top.refuse("loops", "only the arm of a cell of one arm, without targets and sensors, may have closed loops")
     top.done()
     names = [*(entry.name for entry in entries), *(point.name for point in points), *rig["cameras"], *rig["boards"]]
     for twice in sorted({each for each in names if names.count(each) > 1}):

@@ -211,7 +211,8 @@ def test_a_target_on_a_link_has_a_way_from_the_world_with_its_readings(tmp_path:
     cell = load_cell(written(tmp_path, content(targets=targets, sensors={})))
     readings = simulated(cell, np.random.default_rng(4), 12, {"elbow": "point", "smr": "point"})
     ways = seen_ways(cell, readings)
-    assert {way.name: len(way.joints) for way in ways} == {"elbow": 4, "smr": 13}  # with the right arm, whose weight loads the column
+    # The other target's way has the right arm too, whose weight loads the column.
+    assert {way.name: len(way.joints) for way in ways} == {"elbow": 4, "smr": 13}
     rows = way_datasets(write_poses(tmp_path, cell, readings), cell, ways, readings)
     for way, data in zip(ways, rows, strict=True):
         np.testing.assert_allclose(data.position, readings.tables[f"position@{way.name}"], atol=1e-11)
