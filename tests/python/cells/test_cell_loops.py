@@ -43,7 +43,7 @@ def test_the_arm_of_a_cell_closes_by_the_loops_of_the_cell(tmp_path: Path) -> No
     [
         ({"targets": {"smr": {"on": "bars"}}}, "loops: only the arm of a cell of one arm, without targets and sensors"),
         ({"loops": 3}, "loops: expected a list"),
-        ({"loops": [{"from": "bars.link9", "to": "tool", "length_mm": 320}]}, r"loops\[0\].from: expected base, tool or"),
+        ({"loops": [{"from": "bars.link9", "to": "tool", "length_mm": 320}]}, r"loops\[0\].from: expected base, tool"),
     ],
 )
 def test_loops_that_do_not_fit_get_one_sentence(tmp_path: Path, changes: dict[str, Any], sentence: str) -> None:
