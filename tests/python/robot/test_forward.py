@@ -9,6 +9,7 @@ import copy
 import gc
 import pickle
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -211,12 +212,13 @@ def test_what_is_no_real_number_is_refused_and_never_cast(value: Any, sentence: 
     """A cast would drop imaginary parts, read text as numbers and truth values as 0 and 1."""
     robot = load_robot("ur5")
     q, T = np.zeros((2, 6)), np.tile(np.eye(4), (2, 1, 1))
-    for name, call in {
+    calls: dict[str, Callable[[], object]] = {
         "q": lambda: robot.forward(value),
         "seed": lambda: inverse_kinematics(robot, T, seed=value),
         "targets": lambda: inverse_kinematics(robot, value),
         "payload": lambda: robot.forward(q, payload=value),
-    }.items():
+    }
+    for name, call in calls.items():
         with pytest.raises(InvalidInput, match=f"{name} must hold real numbers.* {sentence}"):
             call()
     with pytest.raises(InvalidInput, match="q must hold real numbers"):
