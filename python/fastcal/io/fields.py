@@ -47,6 +47,7 @@ class Fields:
 
     def has(self, key: str) -> bool:
         """Whether the key was given and is not yet taken."""
+        self._known.append(key)
         return key in self._left
 
     def take(self, key: str, default: Any = REQUIRED) -> Any:

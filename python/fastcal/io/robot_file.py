@@ -7,7 +7,7 @@ from __future__ import annotations
 import copy
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +66,7 @@ def read_spec(
     base_link: str = "",
     tip_link: str = "",
     xacro: Mapping[str, str] | None = None,
+    loops: Sequence[Any] = (),
 ) -> Spec:
     """The canonical spec of a robot file or a shipped arm: every key in its place, defaults filled in, mm and degrees.
 
@@ -74,6 +75,7 @@ def read_spec(
         base_link: Where the arm in a URDF begins; empty: its root.
         tip_link: Where it ends; empty: where it can end in one way only.
         xacro: Values of the arguments of a xacro file, by name; given, if only as {}, a robot file may name a xacro.
+        loops: Closed loops beside those of a robot file, as its key `loops` has them.
 
     Raises:
         ParseError: One sentence that names the file, the key, what was expected and what came.
@@ -93,12 +95,16 @@ def read_spec(
                 path,
             )
         if path.suffix.lower() in (*ENDINGS, *MECHANISMS):
+            if loops:
+                raise ParseError("its loops go into a robot file (kinematics: urdf, urdf: FILE) with its motors", path)
             return check_spec(_described(path, base_link, tip_link, xacro), path)
         value = read_yaml(path)
     if is_cell(value) and not links:
         value = cell_spec(value, path, read_spec)
     elif isinstance(value, dict) and (own := [key for key in OF_CELLS if key in value]):
         raise ParseError(f"{own[0]}: makes the file a cell, which {TAKE_CELLS} take", path)
+    if loops and isinstance(value, dict):
+        value["loops"] = [*(value.get("loops") or []), *loops]
     return _of_content(value, path, links, xacro)
 
 

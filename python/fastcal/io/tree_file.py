@@ -42,7 +42,7 @@ _MAY_BE_A_CELL = re.compile(rf"^['\"]?(arms|{'|'.join(OF_CELLS)})['\"]?:", re.MU
 def is_cell(source: str | os.PathLike[str]) -> bool:
     """Is it a YAML file of arms, or of one arm and what is read of it or reads?
 
-    One arm with cameras and nothing else is read as a robot with what it carries.
+    One arm with cameras or loops and nothing else is read as a robot that has them.
     """
     path = Path(source)
     if path.suffix.lower() not in (".yaml", ".yml") or not is_file(path):
@@ -50,14 +50,12 @@ def is_cell(source: str | os.PathLike[str]) -> bool:
     if not _MAY_BE_A_CELL.search(read_text(path)):
         return False
     content = read_yaml(path)
-    if not isinstance(content, dict):
-        return False
-    if not content.keys().isdisjoint(OF_CELLS):
-        return True
-    if "cameras" not in content or "known_distances" in content:
-        return "arms" in content
-    arms = content.get("arms")
-    return isinstance(arms, dict) and len(arms) > 1
+    if not isinstance(content, dict) or "arms" not in content:
+        return isinstance(content, dict) and not content.keys().isdisjoint(OF_CELLS)
+    arms = content["arms"]
+    several = isinstance(arms, dict) and len(arms) > 1
+    is_carried = not content.keys().isdisjoint(("cameras", "loops"))
+    return several or not is_carried or not content.keys().isdisjoint((*OF_CELLS, "known_distances"))
 
 
 def _content(path: str | os.PathLike[str]) -> Any:
@@ -117,6 +115,8 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     rig = _rig(top)
     records = top.inner("calibrations", {}).rest()
     record = check_calibration(top.inner("calibration"), []) if top.has("calibration") else None
+    if top.has("loops"):
+        top.refuse("loops", "only the arm of a cell of one arm, without targets and sensors, may have closed loops")
     top.done()
     names = [*(entry.name for entry in entries), *(point.name for point in points), *rig["cameras"], *rig["boards"]]
     for twice in sorted({each for each in names if names.count(each) > 1}):

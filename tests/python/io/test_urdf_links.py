@@ -63,7 +63,7 @@ def test_a_link_is_where_an_arm_that_ends_there_has_its_flange(urdf: Path, tips:
     q = np.random.default_rng(4).uniform(-1, 1, (5, len(cell.joint_types)))
     names = [titles[-1] for titles in cell.joint_columns]
     alone = load_robot(urdf, tip_link=link)
-    own = q[:, [names.index(joint.name) for joint in alone.joints]]
+    own = np.stack([q[:, names.index(str(joint.name))] for joint in alone.joints], axis=1)
     expected = pose(WORLD) @ alone.forward(own) @ pose(PLACE)
     (smr,) = cell.points
     np.testing.assert_allclose(cell.frames_at(q, smr.on) @ pose(smr.place), expected, atol=1e-12)
@@ -122,9 +122,8 @@ def load_cell_of(path: Path, arms: dict[str, object], targets: dict[str, object]
     ],
 )
 def test_a_link_that_there_is_not_gets_one_sentence(urdf: Path, arms: dict[str, str], on: str, sentence: str) -> None:
-    entries = {name: {"robot": robot} for name, robot in arms.items()}
-    if "torso.urdf" in arms.values():
-        entries["left"]["tip_link"] = "left_tip"
+    of_urdf = {"tip_link": "left_tip"} if "torso.urdf" in arms.values() else {}
+    entries: dict[str, object] = {name: {"robot": robot, **of_urdf} for name, robot in arms.items()}
     with pytest.raises(ParseError, match=sentence) as error:
         load_cell_of(urdf, entries, {"smr": {"on": on}})
     assert "\n" not in str(error.value)
