@@ -23,12 +23,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import TimeoutError, sync_playwright  # noqa: A004 - a browser that does not answer
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 EXPORTS = REPOSITORY.parent / "shared" / "data" / "exports" / "01_sa_points"
 PROGRAM = REPOSITORY / "tests" / "python" / "data" / "programs" / "palletize.script"
-PATIENCE = 300_000  # [ms]
+PATIENCE, SHORT = 300_000, 15_000  # [ms]
 SOFTWARE_GL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
@@ -64,11 +64,19 @@ class User:
         self.part(f"drop-{where}").locator("input[type=file]").set_input_files(str(file))
 
     def chooses_arm(self, title: str, arm: str) -> None:
-        """From the list that can be searched."""
-        field = self.page.get_by_label(title, exact=True)
-        field.click()
-        field.fill(arm)
-        self.page.get_by_role("option", name=arm, exact=True).click()
+        """From the list that can be searched; once more where a busy machine closed it meanwhile."""
+        field, option = self.page.get_by_label(title, exact=True), self.page.get_by_role("option", name=arm, exact=True)
+        for _ in range(PATIENCE // SHORT):
+            field.click()
+            field.fill(arm)
+            try:
+                option.wait_for(timeout=SHORT)
+            except TimeoutError:
+                self.page.keyboard.press("Escape")
+                continue
+            option.dispatch_event("click")
+            return
+        raise SystemExit(f"{title} offers no {arm}")
 
 
 def the_way(user: User, base: str, exports: Path, program: Path, words: dict[str, str]) -> None:

@@ -64,6 +64,18 @@ def said(message: str, /, **values: Any) -> Said:
     return Said(message, **values)
 
 
+def failure(why: str, act: str) -> Said:
+    """Why something has no result, and the one thing to do about it."""
+    return Said("{why}; {act}", why=why, act=act)
+
+
+def parts_of_failure(told: str) -> tuple[str, str]:
+    """Why, and what to do about it; "" for what a text that was not said by `failure` leaves open."""
+    if isinstance(told, Said) and "act" in told.values:
+        return told.values["why"], told.values["act"]
+    return told, ""
+
+
 def sentence_of(error: Exception) -> str:
     """The sentence of an error, with its parts where it has any, so that a page can translate it."""
     told = error.args[0] if error.args else None

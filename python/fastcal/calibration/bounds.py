@@ -17,6 +17,7 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.calibration.problem import CalibrationProblem
+from fastcal.said import Said, said
 
 Side = Literal["lower", "upper"]
 
@@ -39,19 +40,30 @@ class Bound:
         low = self.unbounded - t * self.std
         return low if low < value else -np.inf, value
 
-    def note(self, name: str, value: float, unit: str) -> str:
+    def note(self, name: str, value: float, unit: str) -> Said:
         """A sentence for the reader."""
         out = value - self.unbounded if self.side == "lower" else self.unbounded - value
         beyond = out / self.std if self.std > 0 else np.inf
-        text = (
-            f"{name} is held at its {self.side} bound {value:.4g} {unit}; "
-            f"unconstrained, the data give {self.unbounded:.3g}"
-        )
+        side = said("lower") if self.side == "lower" else said("upper")
+        given = {"name": name, "side": side, "value": float(value), "unit": unit, "free": float(self.unbounded)}
         if out <= 0:  # to first order, and the fit is not linear
-            return f"{text}, within its bound: the sign is decided by noise, and the interval is one-sided"
+            return said(
+                "{name} is held at its {side} bound {value:.4g} {unit}; unconstrained, the data give {free:.3g}, "
+                "within its bound: the sign is decided by noise, and the interval is one-sided",
+                **given,
+            )
         if beyond <= NOISE_EXPLAINS:
-            return f"{text}, {beyond:.1f} standard deviations beyond it, so its interval is one-sided"
-        return f"{text}, which noise cannot explain: another effect may be missing, and no interval is stated for it"
+            return said(
+                "{name} is held at its {side} bound {value:.4g} {unit}; unconstrained, the data give {free:.3g}, "
+                "{beyond:.1f} standard deviations beyond it, so its interval is one-sided",
+                beyond=float(beyond),
+                **given,
+            )
+        return said(
+            "{name} is held at its {side} bound {value:.4g} {unit}; unconstrained, the data give {free:.3g}, which "
+            "noise cannot explain: another effect may be missing, and no interval is stated for it",
+            **given,
+        )
 
 
 def bounds_reached(

@@ -70,7 +70,7 @@ from fastcal.robot.identified_spec import identified_spec
 from fastcal.robot.made_by import made_by
 from fastcal.robot.rig import with_found
 from fastcal.robot.robot import Robot
-from fastcal.said import said
+from fastcal.said import joined, said
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -217,10 +217,10 @@ def calibrate(
     }
     reached = bounds_reached(problem, found, fit.limits)
     table, table_covariance = parameter_table(start, model, found, covariance, reached)
-    beyond = [] if test is None else [f"{test.source}: {note}" for note in range_notes(result_model, test)]
+    beyond = [] if test is None else [joined(": ", [test.source, note]) for note in range_notes(result_model, test)]
     if test is not None:
         seen_in_test = seen_by_model(result_model, test, threads, mend=mend)
-        test, beyond = seen_in_test.data, [*(f"{test.source}: {note}" for note in seen_in_test.notes), *beyond]
+        test, beyond = seen_in_test.data, [*(joined(": ", [test.source, note]) for note in seen_in_test.notes), *beyond]
     tested, placing = (None, []) if test is None else evaluated_test(result_model, before.judged, test, judge)
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)

@@ -14,6 +14,7 @@ from fastcal.measurements.copied_rows import row_bytes
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_column
 from fastcal.robot.robot import Robot
+from fastcal.said import joined, said
 from fastcal.units import from_si, to_si
 
 _BESIDE = 0.3  # of the reach, from the base to a tracker
@@ -70,10 +71,15 @@ def shared_row_notes(parts: Iterable[Dataset], test: Dataset) -> list[str]:
     count = sum(row in seen for row in rows)
     if not count:
         return []
-    which = "all its rows are" if count == len(test) else f"{count} of its {len(test)} rows are"
-    return [
-        f"{test.source}: {which} among the rows of the fit; its error says little about unseen poses"
-    ]
+    if count == len(test):
+        text = said("all its rows are among the rows of the fit; its error says little about unseen poses")
+    else:
+        text = said(
+            "{count} of its {rows} rows are among the rows of the fit; its error says little about unseen poses",
+            count=count,
+            rows=len(test),
+        )
+    return [joined(": ", [test.source, text])]
 
 
 def _rows(data: Dataset) -> FloatArray:
@@ -91,8 +97,11 @@ def instrument_notes(model: Robot, data: Dataset) -> list[str]:
     if away > _BESIDE * model.reach:
         return []
     return [
-        f"the tracker would have stood {from_si(away, 'mm'):.0f} mm from the robot's base: if the measuring frame is "
-        "not the tracker's, say where it stood (instrument_x_mm ..., --instrument-at-mm)"
+        said(
+            "the tracker would have stood {away:.0f} mm from the robot's base: if the measuring frame is not the "
+            "tracker's, say where it stood (instrument_x_mm ..., --instrument-at-mm)",
+            away=float(from_si(away, "mm")),
+        )
     ]
 
 
@@ -102,8 +111,18 @@ def thin_data_notes(found: _core.Identification, loss: str) -> list[str]:
     parameters = len(found.free)
     if numbers >= THIN * parameters or found.status == "too_few_equations":
         return []
-    freedom = max(found.degrees_of_freedom, 0)
-    text = f"{parameters} parameters from {numbers} numbers: {freedom} degrees of freedom are left"
+    counts = {"parameters": parameters, "numbers": numbers, "freedom": max(found.degrees_of_freedom, 0)}
     if loss != "none" and found.loss == "none":
-        text += " to judge the noise by, too few to distinguish outliers from the other rows"
-    return [f"{text}; measure more poses"]
+        return [
+            said(
+                "{parameters} parameters from {numbers} numbers: {freedom} degrees of freedom are left to judge the "
+                "noise by, too few to distinguish outliers from the other rows; measure more poses",
+                **counts,
+            )
+        ]
+    return [
+        said(
+            "{parameters} parameters from {numbers} numbers: {freedom} degrees of freedom are left; measure more poses",
+            **counts,
+        )
+    ]

@@ -10,8 +10,10 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.place import place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.steady import warmed
+from fastcal.said import said
 from fastcal.units import from_si
 
+_OTHERS = {"payload": said("payload"), "temperature": said("temperature")}
 # A quantity whose range in the measurements is no larger stood still.
 STILL = {"deg": 1.0, "mm": 2.0, "kg": 0.0, "c": 0.5}
 
@@ -42,8 +44,15 @@ def _beyond_its_range(entry: Spec, robot: Robot, data: Dataset) -> list[str]:
     unit = robot.joints[joint].unit
     low, high = (from_si(options[key], unit) for key in ("low", "high"))
     return [
-        f"joint {joint + 1} is outside the {low:.4g} to {high:.4g} {unit} that its profile was fitted on in "
-        f"{int(outside.sum())} rows; there the profile fades to zero within 5 {unit}"
+        said(
+            "joint {joint} is outside the {low:.4g} to {high:.4g} {unit} that its profile was fitted on in {rows} "
+            "rows; there the profile fades to zero within 5 {unit}",
+            joint=joint + 1,
+            low=float(low),
+            high=float(high),
+            unit=unit,
+            rows=int(outside.sum()),
+        )
     ]
 
 
@@ -55,8 +64,14 @@ def _beyond_its_times(entry: Spec, data: Dataset) -> list[str]:
     if not outside.any():
         return []
     return [
-        f"the time is outside the {options['first']:.6g} to {options['last']:.6g} s that {label(entry)} was fitted on "
-        f"in {int(outside.sum())} rows; there it is held constant"
+        said(
+            "the time is outside the {first:.6g} to {last:.6g} s that {effect} was fitted on in {rows} rows; there it "
+            "is held constant",
+            first=float(options["first"]),
+            last=float(options["last"]),
+            effect=label(entry),
+            rows=int(outside.sum()),
+        )
     ]
 
 
@@ -71,8 +86,15 @@ def _far_temperatures(robot: Robot, data: Dataset) -> list[str]:
     if high - low <= STILL["c"] or not outside.any():
         return []
     return [
-        f"the temperature is far outside the {low:.4g} to {high:.4g} deg C that the model was fitted on in "
-        f"{int(outside.sum())} rows ({here.min():.4g} to {here.max():.4g} deg C in all)"
+        said(
+            "the temperature is far outside the {low:.4g} to {high:.4g} deg C that the model was fitted on in {rows} "
+            "rows ({least:.4g} to {most:.4g} deg C in all)",
+            low=float(low),
+            high=float(high),
+            rows=int(outside.sum()),
+            least=float(here.min()),
+            most=float(here.max()),
+        )
     ]
 
 
@@ -85,18 +107,28 @@ def unmoved_notes(robot: Robot, data: Dataset) -> list[str]:
     if record is None:
         return []
     here = ranges(robot, data)
-    notes = []
+    notes: list[str] = []
     for name, (low, high) in record.covered.items():
         quantity, unit = name.rsplit("_", 1)
         if name not in here or high - low > STILL[unit]:
             continue
         outside = (here[name] < low - STILL[unit] - 1e-9) | (here[name] > high + STILL[unit] + 1e-9)
         if outside.any():
-            title = f"joint {quantity.removeprefix('q')}" if unit in ("deg", "mm") else f"the {quantity}"
-            at = f"{low:.4g} {unit.replace('c', 'deg C')}" if high - low < 1e-9 else f"{low:.4g} to {high:.4g} {unit}"
+            if unit in ("deg", "mm"):
+                title = said("joint {number}", number=quantity.removeprefix("q"))
+            else:
+                title = said("the {quantity}", quantity=_OTHERS[quantity])
+            if high - low < 1e-9:
+                at = said("{at:.4g} {unit}", at=float(low), unit=unit.replace("c", "deg C"))
+            else:
+                at = said("{low:.4g} to {high:.4g} {unit}", low=float(low), high=float(high), unit=unit)
             notes.append(
-                f"{title} stood still in the measurements that this model was fitted to ({at}) and is elsewhere in "
-                f"{int(outside.sum())} rows: the stated deviations include plausible sizes of what could not be "
-                "identified"
+                said(
+                    "{what} stood still in the measurements that this model was fitted to ({at}) and is elsewhere in "
+                    "{rows} rows: the stated deviations include plausible sizes of what could not be identified",
+                    what=title,
+                    at=at,
+                    rows=int(outside.sum()),
+                )
             )
     return notes

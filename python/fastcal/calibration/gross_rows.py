@@ -19,7 +19,7 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.measurements.kinds import POINTS, kind_named
 from fastcal.measurements.observations import without_measured
-from fastcal.said import said
+from fastcal.said import failure, said
 from fastcal.units import from_si
 
 Refit = Callable[[CalibrationProblem], _core.Identification]
@@ -151,14 +151,17 @@ def _judged(
     near = near_fit(problem, found)
     if near is None or not gross.any():
         return None, []
-    noise = f"{from_si(near.scale, 'mm'):.2g} mm"
+    noise = float(from_si(near.scale, "mm"))
     agreeing = int(np.sum(~gross))
     if 2 * agreeing < len(places):
-        text = (
-            f"only {agreeing} of {len(places)} rows agree with one another, to {noise}; where fewer than half do, "
-            f"others may be right: measure again, or leave the bad rows out"
+        why = said(
+            "only {agreeing} of {rows} rows agree with one another, to {noise:.2g} mm; where fewer than half do, "
+            "others may be right",
+            agreeing=agreeing,
+            rows=len(places),
+            noise=noise,
         )
-        return text, []
+        return failure(why, said("measure again, or leave the bad rows out")), []
     rows, _ = _points(near)
     far = gross & (np.mean(near.residual[rows] ** 2, axis=1) > GROSS**2)
     labelled = problem.data.station is not None or problem.data.mount is not None
@@ -170,10 +173,16 @@ def _judged(
     own = others.noise(agree, _LOOSE)
     if own > 1 / _SHARPER:
         return None, []
-    text = (
-        f"{agreeing} rows agree with one another to {noise}, and {agree.sum()} others to "
-        f"{from_si(own * near.scale, 'mm'):.2g} mm on another fit: the tracker, the base or the target moved between "
-        f"them; give the two different `station` or `mount` labels"
+    why = said(
+        "{agreeing} rows agree with one another to {noise:.2g} mm, and {others} others to {own:.2g} mm on another fit: "
+        "the tracker, the base or the target moved between them",
+        agreeing=agreeing,
+        noise=noise,
+        others=int(agree.sum()),
+        own=own * noise,
     )
+    text = failure(why, said("give the two parts different `station` or `mount` labels"))
     refused = own < _SHARPER or agree.sum() >= _MOST_BESIDE * agreeing
-    return (text, []) if refused else (None, [f"{text}; only the {agreeing} are used"])
+    if refused:
+        return text, []
+    return None, [said("{text}; only the {agreeing} are used", text=text, agreeing=agreeing)]

@@ -13,7 +13,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.plausibility import plausible
 from fastcal.robot.robot import Robot
-from fastcal.said import said
+from fastcal.said import Said, joined, said
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -23,7 +23,7 @@ BAD_PICTURE = 0.01  # of a picture's width; calibrated cameras miss by a thousan
 BAD_TURN = to_si(5.0, "deg")  # calibrated arms and cameras miss by a degree at most
 COOLEST_F, HOTTEST_F = 50.0, 120.0  # degrees Fahrenheit of a workshop, 10 to 49 degC
 BESIDE_K = 10.0  # by which rows read as Fahrenheit may lie beyond the other rows
-ACCEPT = "--as-read (in Python as_read=True) accepts the columns as they are"
+ACCEPT = said("--as-read (in Python as_read=True) accepts the columns as they are")
 
 
 def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list[str]:
@@ -41,7 +41,11 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
         return notes
     if as_read or not suspicion.refused:
         return [*notes, suspicion.message]
-    raise InvalidInput(f"{data.source}: {suspicion.message}; {ACCEPT}")
+    raise InvalidInput(_refused(data, suspicion.message))
+
+
+def _refused(data: Dataset, message: str) -> Said:
+    return joined("", [f"{data.source}: ", joined("; ", [message, ACCEPT])])
 
 
 def _fahrenheit(data: Dataset) -> list[str]:
@@ -78,7 +82,7 @@ def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[s
         message for message in (_far_points(robot, fit), _far_orientations(fit), _far_corners(robot, fit)) if message
     ]
     if messages and not as_read:
-        raise InvalidInput(f"{fit.data.source}: {messages[0]}; {ACCEPT}")
+        raise InvalidInput(_refused(fit.data, messages[0]))
     return messages
 
 

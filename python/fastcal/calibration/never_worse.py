@@ -21,6 +21,7 @@ from fastcal.calibration.parameter_limits import PRIOR_SIZES
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residual_checks import Cleared
 from fastcal.calibration.shrinkage import start_of
+from fastcal.said import Said, said
 
 MANY = 0.1  # of the rows left out: then fits that leave fewer out are looked at
 _AS_FAR = 3.0  # times what base and tool alone miss a gross row by: they lie between all rows, up to half of them gross
@@ -96,7 +97,9 @@ def never_worse(
         return Chosen(fit.problem, found)
     best = Chosen(fit.problem, found) if holds else None
     least = CLEARLY * _missed(errors, found, judged) if holds else np.inf
-    reason = f"leaves out {len(left_out)} rows that a fit of all rows reaches" if holds else _reason(found)
+    reason = _reason(found)
+    if holds:
+        reason = said("leaves out {count} rows that a fit of all rows reaches", count=len(left_out))
     for other, how, pull in _others(fit.rest):
         if pull and best is not None:
             break
@@ -106,7 +109,7 @@ def never_worse(
             continue
         missed = _missed(errors, again, judged)
         if missed < least * (1 - _SAME):
-            why = f"the fit with the loss {whole.loss} {reason}: the result is {how}"
+            why = said("the fit with the loss {loss} {why}: the result is {how}", loss=whole.loss, why=reason, how=how)
             best, least = Chosen(other, again, why, pull=pull), missed
     return best or _frames_only(fit.rest, found)
 
@@ -124,18 +127,18 @@ def _left_out(whole: CalibrationProblem, found: _core.Identification) -> IndexAr
     return np.asarray([] if whole.loss == "none" else found.outliers, dtype=np.intp)
 
 
-def _others(problem: CalibrationProblem) -> Iterator[tuple[CalibrationProblem, str, dict[str, FloatArray]]]:
+def _others(problem: CalibrationProblem) -> Iterator[tuple[CalibrationProblem, Said, dict[str, FloatArray]]]:
     """Fits that leave fewer rows out, in words, and last one that is held near nominal."""
-    yield problem.with_(loss="none"), "that of least squares", {}
+    yield problem.with_(loss="none"), said("that of least squares"), {}
     if problem.loss not in ("huber", "none"):
-        yield problem.with_(loss="huber"), "that with the loss huber, which leaves fewer rows out", {}
+        yield problem.with_(loss="huber"), said("that with the loss huber, which leaves fewer rows out"), {}
     held = np.full(len(problem.parameters) + problem.unknown_count, np.inf)
     for i, parameter in enumerate(problem.parameters[: len(problem.model.robot.nominal)]):
         if parameter.owner not in ("base", "tool"):
             held[i] = PRIOR_SIZES * parameter.sigma
     yield (
         problem.with_(loss="none"),
-        "that of least squares with the geometry held near nominal",
+        said("that of least squares with the geometry held near nominal"),
         {"pull_mean": start_of(problem), "pull_sigma": held},
     )
 
@@ -154,12 +157,15 @@ def _frames_only(problem: CalibrationProblem, found: _core.Identification) -> Ch
         return Chosen(problem, found)
     if found.status == "too_few_equations":
         return Chosen(alone, again, f"{found.message}; base and tool alone are fitted", frames_only=True)
-    why = f"the requested parameters could not be identified: the fit {_reason(found)}; base and tool alone are fitted"
+    why = said(
+        "the requested parameters could not be identified: the fit {why}; base and tool alone are fitted",
+        why=_reason(found),
+    )
     return Chosen(alone, again, why, frames_only=True)
 
 
-def _reason(found: _core.Identification) -> str:
-    return "did not converge" if found.status != "converged" else "has larger errors than the nominal arm"
+def _reason(found: _core.Identification) -> Said:
+    return said("did not converge") if found.status != "converged" else said("has larger errors than the nominal arm")
 
 
 def _is_worse(errors: Errors, found: _core.Identification, left_out: IndexArray, judged: BoolArray) -> bool:

@@ -19,6 +19,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.rotations import best_motion
 from fastcal.robot.identified_spec import moved
 from fastcal.robot.robot import Robot
+from fastcal.said import joined, said
 from fastcal.units import from_si, to_si
 
 _NAMED = 6  # of unknown places in a sentence
@@ -86,7 +87,8 @@ def placing_notes(model: Robot, test: Dataset) -> list[str]:
     """The sentence on a test that names no station of a model that knows several."""
     if test.station is not None or not _entries(model, "stations"):
         return []
-    return [f"{test.source}: has no column station: its base is fitted to its own points, where its errors are judged"]
+    text = said("has no column station: its base is fitted to its own points, where its errors are judged")
+    return [joined(": ", [test.source, text])]
 
 
 def other_place_notes(test: Evaluation) -> list[str]:

@@ -14,6 +14,7 @@ from fastcal.arrays import IndexArray
 from fastcal.calibration.pose_folds import measuring_place
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.said import failure, said
 from fastcal.units import to_si
 
 _STILL = to_si(0.05, "deg")  # that a joint which is read back may differ by without having moved [rad; m: 0.9 mm]
@@ -72,12 +73,21 @@ def too_few_postures(data: Dataset, parameters: int) -> str | None:
     if different > parameters:
         return None
     count = int(np.sum(most > 0))
-    repeats = ", and repeats only say how large the noise is" if different < numbers.sum() else ""
-    return (
-        f"{measured} rows show {'only ' if repeats else ''}{count} different postures: they hold {different} "
-        f"independent numbers, which the {parameters} parameters that are identified fit whatever they are{repeats}; "
-        f"measure more postures (`fastcal design` plans them)"
-    )
+    counts = {"rows": measured, "count": count, "numbers": different, "parameters": parameters}
+    if different < numbers.sum():
+        why = said(
+            "{rows} rows show only {count} different postures: they hold {numbers} independent numbers, which the "
+            "{parameters} parameters that are identified fit whatever they are, and repeats only say how large the "
+            "noise is",
+            **counts,
+        )
+    else:
+        why = said(
+            "{rows} rows show {count} different postures: they hold {numbers} independent numbers, which the "
+            "{parameters} parameters that are identified fit whatever they are",
+            **counts,
+        )
+    return failure(why, said("measure more postures (`fastcal design` plans them)"))
 
 
 def _numbers(data: Dataset) -> NDArray[np.int64]:

@@ -22,6 +22,8 @@ from fastcal.errors import FastcalError, InvalidInput
 from fastcal.io.regular_file import read_bytes
 from fastcal.io.table import Table
 from fastcal.robot.rig import Seeing, has_rig
+from fastcal.said import joined as one_text
+from fastcal.said import said
 
 Progress = Callable[[str], None]
 
@@ -56,14 +58,16 @@ class PictureSeen:
     @property
     def told(self) -> str:
         """What was found and why not, in words."""
-        where = "of no row of the poses" if self.row is None else f"row {self.row}"
+        where = said("of no row of the poses") if self.row is None else said("row {number}", number=self.row)
         if self.why:
-            return f"{where}: {self.why}"
+            return one_text(": ", [where, self.why])
         found = [
-            f"{seen.count} of {len(seen.uv)} corners of {name}" for name, seen in self.boards.items() if seen.count
+            said("{count} of {all} corners of {board}", count=seen.count, all=len(seen.uv), board=name)
+            for name, seen in self.boards.items()
+            if seen.count
         ]
-        missed = [f"{name}: {seen.why}" for name, seen in self.boards.items() if not seen.count]
-        return f"{where}: {', '.join(found) if found else '; '.join(missed)}"
+        missed = [one_text(": ", [name, seen.why]) for name, seen in self.boards.items() if not seen.count]
+        return one_text(": ", [where, one_text(", ", found) if found else one_text("; ", missed)])
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ from fastcal.cells.rig_start import judged_readings
 from fastcal.measurements.kinds import KindNoise, of_observation
 from fastcal.monitoring.causes import LEVEL
 from fastcal.robot.identified_spec import Values
+from fastcal.said import chained, said
 
 FloatArray = NDArray[np.float64]
 
@@ -50,8 +51,8 @@ def update_cell(cell: Cell, readings: Readings, *, threads: int = 1) -> CellResu
     model = there(start, fit.measured, solution)
     gross = np.setdiff1d(np.arange(len(readings)), fit.rows).tolist()
     explained = rest.p_value >= LEVEL
-    names = [" or ".join(group) for group in moved]
-    notes = [f"{name} has moved" for name in names] or ["nothing has moved"]
+    names = [chained("{first} or {second}", group) for group in moved]
+    notes = [said("{name} has moved", name=name) for name in names]
     kinds = {of_observation(of).name: of_observation(of) for of in fit.measured.observations}
     count = fit.near(rest.theta).numbers
     new = cell_record(solution, fit.measured, fit.parameters[:own], record.noise, record.degrees_of_freedom + count)
@@ -62,7 +63,7 @@ def update_cell(cell: Cell, readings: Readings, *, threads: int = 1) -> CellResu
         cell=model,
         nominal=start,
         status="converged" if explained else "not_converged",
-        message="" if explained else "the readings are not explained by what may have moved",
+        message="" if explained else said("the readings are not explained by what may have moved"),
         parameters=parameter_table(solution, fit.parameters, np.asarray(start.model.start)),
         unidentifiable=[],
         rank=len(free),

@@ -57,7 +57,7 @@ def fleet(
     refuse([arms, *named], [output, *(output / arm.name for arm in listed)])
     with progress() as show:
         if diagnose:
-            found = diagnose_many(listed, out=output, jobs=jobs, cluster=cluster, progress=show)
+            found = diagnose_many(listed, out=output, jobs=jobs, cluster=cluster, language=page_language, progress=show)
         else:
             found = calibrate_many(
                 listed,
@@ -66,6 +66,7 @@ def fleet(
                 cluster=cluster,
                 check_all=check_all,
                 reports=reports,
+                language=page_language,
                 progress=show,
                 effects=effects,
                 loss=loss,

@@ -121,8 +121,9 @@ _REASONS = {
 
 
 def owner_in_words(owner: str) -> Said:
-    """joint4 to "joint 4", joint6<-joint5 to "joint 6 from joint 5"."""
-    first, arrow, source = owner.partition("<-")
+    """joint4 to "joint 4", left.joint4 to "left.joint 4", joint6<-joint5 to "joint 6 from joint 5"."""
+    whole, arrow, source = owner.partition("<-")
+    arm, dot, first = whole.rpartition(".")
     numbered = re.fullmatch(r"(joint|link)(\d+)", first)
     if numbered and numbered[1] == "joint":
         place = said("joint {number}", number=numbered[2])
@@ -130,6 +131,7 @@ def owner_in_words(owner: str) -> Said:
         place = said("link {number}", number=numbered[2])
     else:
         place = _OWNERS.get(first) or joined(" ", [part.strip() for part in re.findall(r"\d+|\D+", first)])
+    place = joined("", [f"{arm}.", place]) if dot else place
     return said("{joint} from {source}", joint=place, source=owner_in_words(source)) if arrow else place
 
 
@@ -376,7 +378,7 @@ def variables_in_words(names: Iterable[str]) -> list[str]:
         word = re.sub(r"_[xyz]$", "", name)
         joint = re.fullmatch(r"([a-z]+)(\d+)", word)
         if name in ("x", "y", "z"):
-            out[said("the place in the workspace")] = None
+            out[said("the position in space")] = None
         elif joint and joint[1] in _OF_A_JOINT:
             out[said(_OF_A_JOINT[joint[1]], number=joint[2])] = None
         elif not (joint and joint[1] == "q"):

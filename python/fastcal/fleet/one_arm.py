@@ -26,7 +26,7 @@ from fastcal.measurements.kinds import POINTS, KindNoise
 from fastcal.report.calibration_report import calibration_page
 from fastcal.robot.given import RobotLike
 from fastcal.robot.robot import Robot
-from fastcal.said import joined
+from fastcal.said import joined, sentence_of
 
 if TYPE_CHECKING:
     from fastcal.diagnosis import Diagnosis
@@ -35,7 +35,13 @@ FILES = ("model.yaml", "result.json", "report.html")
 
 
 def calibrate_arm(
-    arm: Arm, options: Mapping[str, Any], *, checks: bool, folder: str | None = None, report: bool = False
+    arm: Arm,
+    options: Mapping[str, Any],
+    *,
+    checks: bool,
+    folder: str | None = None,
+    report: bool = False,
+    language: str = "en",
 ) -> ArmResult:
     """Calibrates an arm; with a folder, writes its files there, or takes what they hold where nothing has changed.
 
@@ -45,8 +51,9 @@ def calibrate_arm(
         checks: Look at the columns and for signs in the residuals that the fit is wrong, which takes ten times as long.
         folder: Of this arm; None: nothing is written.
         report: Write its page too.
+        language: Of the page.
     """
-    key = "" if folder is None else key_of(arm, options)
+    key = "" if folder is None else key_of(arm, {**options, **(_page_in(language) if report else {})})
     if folder is not None and (known := _known(Path(folder) / "result.json", key)) is not None:
         has_page = known.model is None or (Path(folder) / "report.html").is_file()
         if (known.checks == "all" or not checks) and (has_page or not report):
@@ -56,38 +63,46 @@ def calibrate_arm(
         found = calibrate(_robot(arm.robot), arm.data, test=arm.test, checks=checks, **options)
         row = _row(arm.name, found, "all" if checks else "fit")
     except FastcalError as error:
-        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all" if checks else "fit", message=str(error))
+        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all" if checks else "fit", message=sentence_of(error))
     if folder is not None:
-        _write(Path(folder), found, row, key, report)
+        _write(Path(folder), found, row, key, language if report else None)
     return row
 
 
-def diagnose_arm(arm: Arm, options: Mapping[str, Any], *, folder: str | None = None) -> ArmResult:
+def _page_in(language: str) -> dict[str, str]:
+    """What a page in another language adds to what a result depends on."""
+    return {} if language == "en" else {"language": language}
+
+
+def diagnose_arm(
+    arm: Arm, options: Mapping[str, Any], *, folder: str | None = None, language: str = "en"
+) -> ArmResult:
     """Diagnoses an arm; with a folder, writes its files there, or takes what they hold where nothing has changed.
 
     Args:
         arm: The arm.
         options: Further arguments of `diagnose`.
         folder: Of this arm; None: nothing is written.
+        language: Of its page.
     """
     from fastcal.diagnosis import diagnose  # takes longer to import than an arm to calibrate
     from fastcal.report.diagnosis_report import FILES as OF_DIAGNOSIS
     from fastcal.report.diagnosis_report import write_diagnosis
 
-    key = "" if folder is None else key_of(arm, {"diagnose": True, **options})
+    key = "" if folder is None else key_of(arm, {"diagnose": True, **options, **_page_in(language)})
     if folder is not None and (known := _known(Path(folder) / "diagnosis.json", key)) is not None:
         return known
     try:
         found = diagnose(_robot(arm.robot), arm.data, test=arm.test, **options)
     except FastcalError as error:
-        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all", message=str(error))
+        row = ArmResult(arm.name, NOT_CALIBRATED, checks="all", message=sentence_of(error))
         if folder is not None:
             with atomic_folder(folder, owned=OF_DIAGNOSIS) as place:
                 write_json(place / "diagnosis.json", _record(key, row))
         return row
     row = _diagnosed_row(arm.name, found)
     if folder is not None:
-        write_diagnosis(found, folder, also=_record(key, row))
+        write_diagnosis(found, folder, also=_record(key, row), language=language)
     return row
 
 
@@ -184,11 +199,12 @@ def _known(path: Path, key: str) -> ArmResult | None:
         return None
 
 
-def _write(folder: Path, found: CalibrationResult | None, row: ArmResult, key: str, report: bool) -> None:
+def _write(folder: Path, found: CalibrationResult | None, row: ArmResult, key: str, language: str | None) -> None:
+    """The files of an arm, with its page in a language; None: without."""
     with atomic_folder(folder, owned=FILES) as place:
         if row.model is not None:
             write_spec(row.model.spec, place / "model.yaml", f"Identified by fastcal {fastcal.__version__}")
         content = {"status": row.status, "message": row.message} if found is None else found.to_json_dict()
         write_json(place / "result.json", content | _record(key, row))
-        if report and found is not None:
-            (place / "report.html").write_text(calibration_page(found), encoding="utf-8")
+        if language is not None and found is not None:
+            (place / "report.html").write_text(calibration_page(found, language=language), encoding="utf-8")

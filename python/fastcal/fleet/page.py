@@ -10,6 +10,7 @@ from pathlib import Path
 from statistics import median
 from urllib.parse import quote
 
+from fastcal.fleet.in_space import shared_errors
 from fastcal.fleet.result import ArmResult, Fleet
 from fastcal.io.atomic import write_text
 from fastcal.io.tables import write_csv
@@ -69,6 +70,7 @@ def _rendered(found: Fleet, folder: Path | None) -> str:
         notes=_notes(found)[:_MOST_NOTES],
         left_out=max(0, len(found) - _MOST_ROWS),
         drawing=_drawing(found, folder),
+        scene=shared_errors(found),
     )
 
 
@@ -128,8 +130,8 @@ def _spoken(causes: str) -> str:
 
 
 def _without_folders(message: str) -> str:
-    """A message with the names of files alone: where they are is private."""
-    return re.sub(r"(?:[A-Za-z]:)?[/\\](?:[^/\\\s:]+[/\\])+(?=[^/\\\s:]+:)", "", message)
+    """A message in the page's language, with the names of files alone: where they are is private."""
+    return re.sub(r"(?:[A-Za-z]:)?[/\\](?:[^/\\\s:]+[/\\])+(?=[^/\\\s:]+:)", "", retold(message))
 
 
 def _tiles(found: Fleet) -> list[tuple[str, str, str]]:

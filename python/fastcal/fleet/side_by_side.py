@@ -35,6 +35,7 @@ def calibrate_many(
     cluster: str | None = None,
     check_all: bool = False,
     reports: bool = False,
+    language: str = "en",
     progress: Progress | None = None,
     **options: Any,
 ) -> Fleet:
@@ -51,6 +52,7 @@ def calibrate_many(
         cluster: Address of a Dask scheduler, such as "tcp://10.0.0.1:8786"; its workers see the same files.
         check_all: Ask it of every arm.
         reports: Write a page for every arm (0.1 s each).
+        language: Of these pages: en or de.
         progress: Called with a sentence at each step.
         **options: effects, loss, priors ... of `calibrate`.
 
@@ -64,7 +66,7 @@ def calibrate_many(
     with one_blas_thread(), workers(jobs, cluster) as side_by_side:  # to set it takes a third of an arm's time
 
         def run(some: Sequence[Arm], checks: bool) -> list[ArmResult]:
-            work = partial(calibrate_arm, options=options, checks=checks, report=reports)
+            work = partial(calibrate_arm, options=options, checks=checks, report=reports, language=language)
             return _rows(some, work, out, _MOST, side_by_side, report)
 
         report(said("calibrating {count} arms", count=len(arms)))
@@ -82,6 +84,7 @@ def diagnose_many(
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
     cluster: str | None = None,
+    language: str = "en",
     progress: Progress | None = None,
     **options: Any,
 ) -> Fleet:
@@ -93,6 +96,7 @@ def diagnose_many(
             are those of an earlier run is taken from there. None: nothing is written.
         jobs: Processes; no result depends on it.
         cluster: Address of a Dask scheduler; its workers see the same files.
+        language: Of the arms' pages: en or de.
         progress: Called with a sentence at each step.
         **options: exclude, sigma, as_read of `diagnose`.
 
@@ -103,7 +107,8 @@ def diagnose_many(
     report = progress or _silent
     with workers(jobs, cluster) as side_by_side:
         report(said("diagnosing {count} arms", count=len(arms)))
-        return Fleet(_rows(arms, partial(diagnose_arm, options=options), out, 1, side_by_side, report))
+        work = partial(diagnose_arm, options=options, language=language)
+        return Fleet(_rows(arms, work, out, 1, side_by_side, report))
 
 
 def suspects(rows: Sequence[ArmResult]) -> set[str]:

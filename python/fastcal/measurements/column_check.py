@@ -27,7 +27,7 @@ from fastcal.measurements.column_readings import Reading, Source, known_scale, s
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.frame_fit import Frames, Poses, base_matrix, fitted, point_bounds
 from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, is_quarter, joints_of
-from fastcal.said import joined, said
+from fastcal.said import Said, chained, joined, said
 from fastcal.units import from_si, to_si
 
 NEGLIGIBLE_SHARE = 1e-4  # of the reach; what misses by less has been read as it was meant
@@ -40,6 +40,7 @@ DETERMINED = to_si(1.0, "deg")  # to which points must show a zero that is named
 BETTER_BY = 5.0
 BETTER_AT_ONCE = 2.0  # the same before any zero is moved
 SIMILAR = 1.5  # readings this close to the best one can't be distinguished from it
+FEWEST_OFF = 4  # rows off that another reading must explain, more than the tool has numbers
 FEWEST_ROWS = 8  # of different postures; base and tool alone adapt to 9 numbers, three rows
 MOST_ROWS = 60
 MOST_STRETCHED = 1.5  # a base that fits must be, one direction beside another
@@ -52,6 +53,16 @@ _AWAY = 5.0  # medians of the distances from the middle of all points
 _EXACT = 1e-6  # share below which readings fit alike
 _MORE_COMPLEX = 2.0  # changes by which a reading that fits alike may exceed the simplest and still be told
 _OTHERS = 3
+
+
+def in_mm(size: float) -> Said:
+    """A misfit [m] in words."""
+    return said("{size:.4g} mm", size=float(from_si(size, "mm")))
+
+
+def in_deg(size: float) -> Said:
+    """A misfit [rad] in words."""
+    return said("{size:.4g} deg", size=float(from_si(size, "deg")))
 
 
 @dataclass(frozen=True)
@@ -83,19 +94,28 @@ class Suspicion:
     advice: str = ""
 
     @property
-    def message(self) -> str:
+    def message(self) -> Said:
         """The suspicion and its evidence in one sentence."""
-        reach = f", with a reach of {from_si(self.reach, 'mm'):.4g} mm" if self.what == "points" else ""
-        either = f" (or: {'; or: '.join(self.others)})" if self.others else ""
-        write = f"; the chain's joints would be {', '.join(self.write)}" if self.write else ""
-        advice = f"; {self.advice}" if self.advice else ""
-        apart = f"; the rows beside {self.where} do not go with these as well" if self.where else ""
-        them = f"them in {self.where}" if self.where else "them"
-        return (
-            f"the {self.what} do not fit this robot: as read, it misses {them} by {self.read} RMS after the best fit "
-            f"of base and tool{reach}; with {self.meant} it would be {self.better}{either}{write}{apart}{advice}; "
-            f"nothing was changed"
+        head = said(
+            "the {what} do not fit this robot: as read, it misses {them} by {read} RMS after the best fit of base and "
+            "tool",
+            what=said("points") if self.what == "points" else said("orientations"),
+            them=said("them in {where}", where=self.where) if self.where else said("them"),
+            read=self.read,
         )
+        if self.what == "points":
+            head = said("{head}, with a reach of {reach:.4g} mm", head=head, reach=float(from_si(self.reach, "mm")))
+        better = said("with {meant} it would be {better}", meant=self.meant, better=self.better)
+        if self.others:
+            others = chained("{first}; or: {second}", self.others)
+            better = said("{better} (or: {others})", better=better, others=others)
+        parts: list[str] = [head, better]
+        if self.write:
+            parts.append(said("the chain's joints would be {joints}", joints=", ".join(self.write)))
+        if self.where:
+            parts.append(said("the rows beside {where} do not go with these as well", where=self.where))
+        parts += [self.advice] if self.advice else []
+        return joined("; ", [*parts, said("nothing was changed")])
 
 
 @dataclass(frozen=True)
@@ -176,6 +196,28 @@ class Points:
             found.append(self._moved(plain))
         most = min(FITS * reach, as_read / BETTER_AT_ONCE)
         found = [each for each in found if each.misfit < most]
+        return best(found, to_beat, in_mm, as_read, reach, "points")
+
+    def by_rows_off(self) -> Suspicion | None:
+        """A reading with one change by which all points fit, where as read some are far off and the most are not.
+
+        Rows in which a joint stands at its zero hide how that is read, as where one joint is moved after the other.
+        """
+        reach, frames = self.robot.reach, self.as_read
+        if frames is None or frames.rms > SEVERAL_SHARE * reach:
+            return None
+        off = frames.distances > FITS * reach
+        if off.sum() < FEWEST_OFF:
+            return None
+        as_read, spread = _rms(frames.distances), spread_of(self.sources[0].position)
+        to_beat = min(1.0, as_read / spread) / BETTER_BY
+        found = []
+        for reading in self._worth_fitting(self.joints.simple, None, to_beat, better=True):
+            distances = self.frames(reading).distances
+            if reading.scale == 1.0 and not (distances > FITS * reach).any():
+                left = _rms(distances)
+                write = tuple(self.joints.formulas(reading.joints))
+                found.append(Found(reading.changes(self.joints), left / spread, left, write))
         return best(found, to_beat, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, reach, "points")
 
     @property
@@ -272,6 +314,10 @@ def one_set_up(dataset: Dataset) -> NDArray[np.int64]:
         return np.arange(len(dataset))
     group = np.unique(np.stack(labels), axis=1, return_inverse=True)[1].reshape(-1)
     return np.flatnonzero(group == np.argmax(np.bincount(group)))
+
+
+def _rms(distances: FloatArray) -> float:
+    return float(np.sqrt(np.mean(distances**2)))
 
 
 def one_map(of: JointMap) -> JointMaps:

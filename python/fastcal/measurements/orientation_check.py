@@ -23,6 +23,7 @@ from fastcal.measurements.column_check import (
     Suspicion,
     best,
     chosen_rows,
+    in_deg,
     one_map,
 )
 from fastcal.measurements.column_readings import Reading
@@ -63,7 +64,7 @@ class Turns:
             found += self._both(to_beat)
         found = [each for each in found if each.misfit < FITS_TURN]
         reach = self.points.robot.reach
-        return best(found, to_beat, lambda rms: f"{from_si(rms, 'deg'):.4g} deg", as_read, reach, "orientations")
+        return best(found, to_beat, in_deg, as_read, reach, "orientations")
 
     def _arm(self, maps: JointMaps) -> FloatArray:
         """(S, N, 3, 3) orientations of the nominal arm by each reading of the joints."""

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from fastcal.measurements.checks import RobotFacts
-from fastcal.measurements.column_check import Points, Suspicion
+from fastcal.measurements.column_check import Points, Suspicion, in_mm
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.frame_fit import Poses
 from fastcal.measurements.orientation_check import Turns
 from fastcal.measurements.row_order import MOST_ROWS, Rows
-from fastcal.units import from_si
+from fastcal.said import Said, said
 
 PART = 20  # rows that are looked at by themselves
 MOST_PARTS = 6
@@ -30,7 +30,7 @@ def plausible(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | 
     """
     points = Points(dataset, robot, poses)
     rows = _rows_of(points)
-    found = points.suspicion() or _order(points, rows)
+    found = points.suspicion() or points.by_rows_off() or _order(points, rows)
     found = found or _moved(points, rows)
     if found is None and points.far_off and (rows is None or rows.block is None):  # else the columns are right in parts
         found = points.suspicion(several=True) or _in_parts(points)
@@ -45,16 +45,22 @@ def _moved(points: Points, rows: Rows | None) -> Suspicion | None:
     if rows is None or found is None:
         return None
     firsts = _listed([str(rows.numbers[first]) for first in found.firsts])
-    back = ", once back to where it had been," if found.again else ""
-    meant = f"the tracker, the base or the target moved before {firsts}{back} and each part placed by itself"
-    label = "give the parts different `station` labels, or `mount` labels if it was the target"
-    read, better = (f"{from_si(rms, 'mm'):.4g} mm" for rms in (found.as_read, found.better))
+    back = said(", once back to where it had been,") if found.again else ""
+    meant = said(
+        "the tracker, the base or the target moved before {rows}{back} and each part placed by itself",
+        rows=firsts,
+        back=back,
+    )
+    label = said("give the parts different `station` labels, or `mount` labels if it was the target")
+    read, better = (in_mm(rms) for rms in (found.as_read, found.better))
     return Suspicion(meant, (), read, better, points.robot.reach, refused=not found.few, advice=label)
 
 
-def _listed(numbers: list[str]) -> str:
+def _listed(numbers: list[str]) -> Said:
     *most, last = numbers
-    return f"rows {', '.join(most)} and {last}" if most else f"row {last}"
+    if not most:
+        return said("row {number}", number=last)
+    return said("rows {most} and {last}", most=", ".join(most), last=last)
 
 
 def _in_parts(points: Points) -> Suspicion | None:
@@ -64,7 +70,10 @@ def _in_parts(points: Points) -> Suspicion | None:
         rows = np.arange(first, first + PART)
         found = Points(points.dataset.select(rows), points.robot, points.poses).suspicion()
         if found is not None:
-            return replace(found, where=f"rows {points.rows[first]} to {points.rows[rows[-1]]}")
+            return replace(
+                found,
+                where=said("rows {first} to {last}", first=int(points.rows[first]), last=int(points.rows[rows[-1]])),
+            )
     return None
 
 
@@ -82,5 +91,5 @@ def _order(points: Points, rows: Rows | None) -> Suspicion | None:
     found = None if rows is None else rows.other_order()
     if found is None:
         return None
-    read, better = (f"{from_si(rms, 'mm'):.4g} mm" for rms in (found.as_read, found.better))
+    read, better = (in_mm(rms) for rms in (found.as_read, found.better))
     return Suspicion(found.words, (), read, better, points.robot.reach, refused=not found.few)

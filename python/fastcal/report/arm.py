@@ -194,7 +194,7 @@ def compared_arm(found: Comparison, moved: Sequence[Moved]) -> tuple[FloatArray,
                 square[i] += m.size**2
     contributed = np.sqrt(square) if square.any() else None
     labels = [_("posture {number}", number=int(k) + 1) for k in chosen]
-    arm = _in_base(posed(model, found.q[chosen], contributed, [(0, int(k)) for k in chosen], labels), model)
+    arm = in_base(posed(model, found.q[chosen], contributed, [(0, int(k)) for k in chosen], labels), model)
     return np.asarray(from_si(found.points[chosen], "mm")), np.asarray(from_si(found.apart[chosen], "mm")), arm
 
 
@@ -204,7 +204,7 @@ def accepted_arm(found: Acceptance) -> tuple[FloatArray, FloatArray, Arm]:
     q = np.array([test.data.q[station.rows[0]] for station in test.stations])
     off = np.array([test.errors(k).mean(axis=0) for k in range(len(test.stations))])
     labels = [f"{station.pose} {station.direction}".strip() for station in test.stations]
-    arm = _in_base(posed(model, q, None, [(0, k) for k in range(len(labels))], labels), model)
+    arm = in_base(posed(model, q, None, [(0, k) for k in range(len(labels))], labels), model)
     return np.asarray(from_si(test.commanded, "mm")), np.asarray(from_si(off, "mm")), arm
 
 
@@ -261,7 +261,7 @@ def _without_beside(arm: Arm, model: Robot, q: FloatArray) -> Arm:
     )
 
 
-def _in_base(arm: Arm, model: Robot) -> Arm:
+def in_base(arm: Arm, model: Robot) -> Arm:
     """The arm in the axes of its base."""
     T = np.asarray(model.core.base_and_tool(model.core.nominal)[0])
     return replace(arm, points=(arm.points - from_si(T[:3, 3], "mm")) @ T[:3, :3])

@@ -203,7 +203,8 @@ def _sources(result: CalibrationResult) -> list[tuple[str, str, int]]:
 
 def _tiles(result: CalibrationResult, sets: list[Rows]) -> list[tuple[str, str, str]]:
     shares = _("{some} of {all}", some=len(result.parameters), all=result.asked_count)
-    identified = (_("Identified"), shares, _("parameters; rank {rank}", rank=result.rank))
+    of_what = _("parameters; rank {rank}", rank=result.rank) if result.parameters else _("parameters")
+    identified = (_("Identified"), shares, of_what)
     noise = [(noise_title(of.kind), noise_text(of), _("standard deviation")) for of in result.noise.values()]
     noise = noise if result.status == "converged" else []
     if not sets:

@@ -18,6 +18,7 @@ class Card:
         width, height: Of the picture [px].
         corners: Marks: u, v, colour.
         is_caution: Something is wrong with it.
+        row: The set and the row in it that it belongs to, as the page's drawings name them; empty: none.
     """
 
     title: str
@@ -27,6 +28,7 @@ class Card:
     height: int
     corners: tuple[tuple[float, float, str], ...] = ()
     is_caution: bool = False
+    row: str = ""
 
     @property
     def radius(self) -> float:

@@ -17,13 +17,15 @@ from fastcal.cells.whole_check import WholeCheck
 from fastcal.io.atomic import write_text
 from fastcal.io.results import write_json
 from fastcal.monitoring.picture_check import Moved, PictureCheck
+from fastcal.monitoring.words import spoken
 from fastcal.report import figures, page
 from fastcal.report.arm import checked_arm, joined_arms
 from fastcal.report.cell_report import cell_page, scene_sections
 from fastcal.report.cell_scene import ARMS, cell_scene, pictures_scene
+from fastcal.report.check_report import check_reasons, check_sentence
 from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, in_language, retold
-from fastcal.report.sections import TONES, Section, p_text, printed, state_word
+from fastcal.report.sections import TONES, Section, p_text, printed, state_word, translated
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.words import Remark, Verdict
 from fastcal.report.workspace import scene
@@ -47,7 +49,7 @@ def check_page(found: CellCheck, language: str = "en") -> str:
 def _check_page(found: CellCheck) -> str:
     state = "changed" if found.within_tolerance is False else found.verdict
     notes = [
-        f"{each.way.name}: {printed(each.way.words(_(reason)))}" for each in found.ways for reason in each.found.reasons
+        f"{each.way.name}: {each.way.words(reason)}" for each in found.ways for reason in check_reasons(each.found)
     ]
     sections = [
         *scene_sections(_scene(found)),
@@ -55,7 +57,7 @@ def _check_page(found: CellCheck) -> str:
     ]
     if any(each.found.causes for each in found.ways):
         sections.append(Section("causes", _("What explains it"), tables=[_cause_table(found)]))
-    told = {each.way.name: f"{each.way.name}: {printed(each.way.words(_(each.found.sentence)))}" for each in found.ways}
+    told = {each.way.name: f"{each.way.name}: {each.way.words(check_sentence(each.found))}" for each in found.ways}
     remarks = [Remark(told[each.way.name], False, "ways") for each in found.ways if each.state == "holds"]
     other = [told[each.way.name] for each in found.ways if each.state != "holds"]
     headline = " ".join(other) or _(
@@ -115,9 +117,10 @@ def _cause_table(found: CellCheck) -> Table:
     rows = []
     for each in found.ways:
         for cause in each.found.causes:
-            sizes = "; ".join(f"{of.name} {of.change:+.4g} ± {of.std:.2g}" for of in cause.changes)
-            others = ", ".join(map(each.way.words, cause.equivalents))
-            rows.append([Cell(each.way.name), Cell(each.label(cause)), Cell(sizes), Cell(others)])
+            sizes = printed("; ".join(f"{of.name} {of.change:+.4g} +- {of.std:.2g}" for of in cause.changes))
+            label, *others = (each.way.words(spoken(of, translated)) for of in (cause.label, *cause.equivalents))
+            label = each.way.name if cause.label == "tool" else label
+            rows.append([Cell(each.way.name), Cell(label), Cell(sizes), Cell(", ".join(others))])
     return Table(_("Causes that explain the new readings"), columns, [Group(rows)])
 
 

@@ -31,8 +31,8 @@ from fastcal.report.kind_words import kind_title, noise_text
 from fastcal.report.language import _, in_language, retold
 from fastcal.report.parameter_sizes import moved_in_cell, sizes_figure
 from fastcal.report.sections import Section
-from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, spaced, unit_text
-from fastcal.report.words import Verdict
+from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
+from fastcal.report.words import Verdict, ending
 from fastcal.said import said
 
 CALIBRATION_FILES = ("model.yaml", "result.json", "report.html")
@@ -141,7 +141,7 @@ def cell_page(
 
 def _headline(found: CellResult) -> str:
     if found.status != "converged":
-        return f"{capitalised(found.message)}."
+        return f"{capitalised(ending(found.message))}."
     sizes = []
     for of in found.train.values():
         before, after = of.statistics
@@ -311,6 +311,6 @@ def _arm_section(name: str, parameters: Iterable[IdentifiedParameter]) -> Sectio
         numbers = (of.std, of.value, of.nominal, of.value - of.nominal)
         shown = zip(with_uncertainty(*numbers), numbers, strict=True)
         std, value, before, change = (number_cell(text, number) for text, number in shown)
-        rows.append([Cell(spaced(of.owner)), Cell(of.name), value, std, before, change])
+        rows.append([Cell(in_words(of.owner)), Cell(of.name), value, std, before, change])
     table = Table(_("Identified numbers of {arm}", arm=name), columns, [Group(rows)])
     return Section(f"arm-{name}", _("Arm {name}", name=name), tables=[table], folded=True)

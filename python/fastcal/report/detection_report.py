@@ -16,7 +16,7 @@ from fastcal.report.cards import Card, data_url
 from fastcal.report.figures import AFTER, ALERT
 from fastcal.report.formatting import count, percent, plural
 from fastcal.report.image_plane import coverage_figure, covered
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, in_language, retold
 from fastcal.report.words import Remark, Verdict
 from fastcal.robot.rig import Seeing
 
@@ -99,5 +99,5 @@ def _card(picture: PictureSeen) -> Card:
         first = np.isfinite(seen.uv[0]).all()
         marks += [(u, v, ALERT if first and k == 0 else AFTER) for k, (u, v) in enumerate(known)]
     return Card(
-        picture.path.name, picture.told, data_url(picture.thumb), *picture.size, tuple(marks), not picture.count
+        picture.path.name, retold(picture.told), data_url(picture.thumb), *picture.size, tuple(marks), not picture.count
     )

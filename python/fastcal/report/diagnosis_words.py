@@ -113,8 +113,8 @@ def spoken(label: Label) -> str:
     """A hypothesis by its short name; something without a name by its place and what it depends on."""
     if isinstance(label, BlockLabel):
         return _(
-            "something at {place} that depends on {variables}",
-            place=place(label.owner),
+            "something {where} that depends on {variables}",
+            where=where(label.owner),
             variables=depends(label.depends_on),
         )
     option, _equals, value = label.variant.partition("=")
@@ -125,6 +125,11 @@ def spoken(label: Label) -> str:
 def place(owner: str) -> str:
     """An owner of something without a name, with its article where it has one."""
     return _(owner_in_words(owner)) if owner.startswith(("joint", "link")) else _(_THE.get(owner, f"the {owner}"))
+
+
+def where(owner: str) -> str:
+    """At which owner something without a name is."""
+    return _("in the workspace") if owner == "workspace" else _("at {place}", place=place(owner))
 
 
 def depends(names: Iterable[str]) -> str:
@@ -188,12 +193,11 @@ def sureness(finding: Finding) -> list[str]:
 def unexplained_sentence(remaining: Unexplained, names: int) -> str:
     """Where the unexplained part is best located, and how large it is."""
     least = percent(_SMALL)
-    where = place(remaining.owner)
     return _(
         "{share} of the misfit that geometry alone leaves is explained by none of the {causes} tested. It fits best "
         "{where}, as something that depends on {variables}.",
         share=_("less than {share}", share=least) if remaining.share < _SMALL else percent(remaining.share),
         causes=plural(names, "cause"),
-        where=_("in {place}", place=where) if remaining.owner == "workspace" else _("at {place}", place=where),
+        where=where(remaining.owner),
         variables=depends(remaining.depends_on),
     )

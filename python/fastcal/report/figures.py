@@ -31,6 +31,8 @@ DARK = {
     BEFORE: "#98a5b1", AFTER: "#5fb0dc", ALERT: "#f2887e",
     "#d55e00": "#ef8a3c", "#009e73": "#2fc498", "#0072b2": "#4fa8e0", "#a14a82": "#d58aba",
     "#dbe7ee": "#24343f", "#8fb8cf": "#3d6580", "#f2f6f9": "#24343f", "#5f7180": "#90a4b3",
+    # Scales of colour: little stays near the background, much away from it.
+    "#f2f2f2": "#34404a", "#dfe9ef": "#24343f", "#9cc3d8": "#3d6580", "#0b3f5e": "#d3ecf9", "#a11d1d": "#e0524a",
     "#8464a8": "#b79ad6", "#4f8f5f": "#86c296", "#a07a30": "#cfab66", "#a8566a": "#d68fa1", "#3c8c9c": "#7cc4d3",
 }  # fmt: skip
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"

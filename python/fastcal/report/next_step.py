@@ -17,6 +17,7 @@ from fastcal.report.language import _, decimal_sign
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, rows_of
 from fastcal.report.words import listed
+from fastcal.said import parts_of_failure
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
@@ -33,10 +34,8 @@ def next_step(result: CalibrationResult, arguments: Sequence[str] = ()) -> str:
 
 def step(result: CalibrationResult, arguments: Sequence[str] = (), *, is_why_told: bool = False) -> str:
     """What to do after a calibration, as part of a sentence; `is_why_told`: the verdict says already what remains."""
-    if result.status != "converged" and result.doubts:
-        return _("resolve the warnings first; if that does not help, measure more poses, or more varied ones")
     if result.status != "converged":
-        return _("measure more poses, or more varied ones; `fastcal design` chooses them")
+        return _after_failure(result)
     if result.misfits:
         look = look_at(result.misfits[0])
         return look if decimal_sign() == "," else f"{look[0].lower()}{look[1:]}"
@@ -61,6 +60,14 @@ def step(result: CalibrationResult, arguments: Sequence[str] = (), *, is_why_tol
         return _("what remains looks like noise; the model is ready for fastcal compensate")
     is_why_told = is_why_told and bool(result.caveats or _flagged(rows.trends))
     return _find("" if is_why_told else more, command)
+
+
+def _after_failure(result: CalibrationResult) -> str:
+    """What the failure itself asks for, where it knows."""
+    if result.doubts:
+        return _("resolve the warnings, then calibrate again")
+    _why, act = parts_of_failure(result.message)
+    return _(act) if act else _("measure more poses, or more varied ones; `fastcal design` chooses them")
 
 
 def look_at(misfit: KindMisfit) -> str:

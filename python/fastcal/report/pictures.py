@@ -16,6 +16,7 @@ from fastcal.camera.thumbnails import thumbnail
 from fastcal.report import figures
 from fastcal.report.cards import Card, data_url
 from fastcal.report.figures import Figure
+from fastcal.report.formatting import significant
 from fastcal.report.image_plane import coverage_figure, residual_figure
 from fastcal.report.language import _
 from fastcal.robot.rig import pictures
@@ -130,9 +131,10 @@ def _card(of: _Picture, model: Robot, files: Mapping[tuple[int, str], Path]) -> 
     drawn = [(u, v, figures.ALERT) for u, v in (of.uv + of.left)[known].round(1).tolist()]
     return Card(
         _("row {row}, {camera}, {board}", row=of.row, camera=of.camera, board=of.board),
-        _("RMS {value} px, {count} corners", value=f"{of.rms:.3g}", count=int(known.sum())),
+        _("RMS {value} px, {count} corners", value=significant(of.rms), count=int(known.sum())),
         data_url(b"" if file is None else thumbnail(file)),
         int(size[0]),
         int(size[1]),
         (*marks, *drawn),
+        row=f"0:{of.row}",  # of the training data
     )

@@ -122,6 +122,8 @@ def in_words(text: str) -> str:
         "joint": _("joint"),
         "link": _("link"),
         "base": _("base"),
+        "board": _("board"),
+        "camera": _("camera"),
         "station": _("station"),
         "tool": _("tool"),
         "compliance": _("compliance"),

@@ -15,6 +15,7 @@ from fastcal.report.language import _, retold
 from fastcal.report.tables import capitalised, unit_text
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, Statistics
+from fastcal.said import Said, parts_of_failure
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
@@ -64,7 +65,8 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
     ]
     if result.status != "converged":
         headline = _(
-            "The calibration failed: {reason}. The figures show where it stopped.", reason=ending(result.message)
+            "The calibration failed: {reason}. The figures show where it stopped.",
+            reason=ending(parts_of_failure(result.message)[0]),
         )
         failures = {"not_converged": _("Not converged"), "too_few_equations": _("Too few measurements")}
         return Verdict("bad", failures.get(result.status, _("Failed")), headline, remarks)
@@ -114,8 +116,8 @@ def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, tr
 
 
 def trusted(result: CalibrationResult, rows: Rows, *, is_test: bool) -> tuple[Statistics, Statistics]:
-    """The errors before and after; of the rows of a robust fit without its outliers."""
-    if is_test or result.loss == "none" or not result.outliers:
+    """The errors before and after; of the rows of a robust fit without its outliers, unless it failed."""
+    if is_test or result.loss == "none" or not result.outliers or result.status != "converged":
         return rows.before, rows.after
     return rows.spread_without(result.train.places(result.outliers)) or (rows.before, rows.after)
 
@@ -152,7 +154,9 @@ def _doubts(result: CalibrationResult) -> list[Remark]:
 
 
 def ending(message: str) -> str:
-    """How a fit ended, as the core says it in English, in the language of the page."""
+    """How a fit ended, as the core or a room says it in English, in the language of the page."""
+    if isinstance(message, Said):
+        return _(message)
     head, alone, rest = message.rstrip(".").partition("; base and tool alone are fitted")
     found = re.fullmatch(r"\D*?([\d.]+)\D*?(?:([\d.]+)\D*)?", head)
     numbers = [float(number) for number in found.groups() if number] if found else []

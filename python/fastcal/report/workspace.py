@@ -192,7 +192,7 @@ def scene(
     if arm is not None:
         note += " " + _("The slider, or a click on a point, moves the arm to a pose.")
         if arm.contributions is not None:
-            note += " " + _contributions_note(arm, arm.contributions, now=after is None)
+            note += _contributions_note(arm, arm.contributions, now=after is None)
     alt = _(
         "Three-dimensional view of the workspace with an arrow for the error of each pose; "
         "drag it or use the arrow keys to turn it."
@@ -332,16 +332,20 @@ def _postures(arm: Arm, worst: int, first: int) -> dict[str, Any]:
 
 
 def _contributions_note(arm: Arm, contributions: Array, *, now: bool) -> str:
-    """What the colours of the joints say, with the largest: "joint 2 0.41 mm, joint 3 0.22 mm"."""
+    """What the colours of the joints say, with the largest: "joint 2 0.41 mm, joint 3 0.22 mm"; nothing of none."""
     order = [int(i) for i in np.argsort(-contributions)[:3] if contributions[i] > 0]
     sizes = [f"{arm.names[i]} {significant(float(contributions[i]), 2)} mm" for i in order]
-    joints = ", ".join(sizes) or _("none")
+    if not sizes:
+        return ""
     if now:
-        return _("Joints are coloured by how far their change moves the tool (RMS): {joints}.", joints=joints)
-    return _(
-        "Joints are coloured by how far the tool would be off (RMS) if the joint alone were left as it was: {joints}.",
-        joints=joints,
-    )
+        text = _("Joints are coloured by how far their change moves the tool (RMS): {joints}.", joints=", ".join(sizes))
+    else:
+        text = _(
+            "Joints are coloured by how far the tool would be off (RMS) if the joint alone were left as it was: "
+            "{joints}.",
+            joints=", ".join(sizes),
+        )
+    return f" {text}"
 
 
 def _base(base: Array, *, named: bool) -> Trace:

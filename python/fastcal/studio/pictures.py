@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from fastcal.calibration.simulation import random_poses
 from fastcal.errors import FastcalError
-from fastcal.report.arm import skeleton, through_points
+from fastcal.report.arm import posed, skeleton, through_points
+from fastcal.report.cell_scene import with_own_rig
 from fastcal.report.figures import log_ticks
 from fastcal.report.formatting import significant
 from fastcal.report.language import _, decimal_sign
@@ -86,6 +87,22 @@ def arm(robot: Robot, q: FloatArray, colour: str = BLUE, name: str = "") -> list
     }
     tool = _trace(points[0][-1:], "markers", _("tool")) | {"marker": {"size": 5, "color": AMBER, "symbol": "diamond"}}
     return [line, dots, tool]
+
+
+def standing(robot: Robot, q: FloatArray) -> list[dict[str, Any]]:
+    """The skeleton at q (n,), with the cameras and boards that its file names."""
+    bare = posed(robot, q[np.newaxis], None, [(0, 0)], [""])
+    traces = arm(robot, q)
+    whole = with_own_rig(bare, robot, q[np.newaxis])
+    for run in whole.runs[len(bare.runs) :]:
+        points = through_points(whole.points[0], run.through)
+        if run.width:
+            traces.append(_trace(points, "lines", _("arm")) | {"line": {"width": run.width, "color": run.colour}})
+        else:
+            marker = {"size": 4, "color": run.colour}
+            text = {"text": list(run.names), "textfont": {"color": GREY, "size": 11}}
+            traces.append(_trace(points, "markers+text", ", ".join(run.names)) | {"marker": marker} | text)
+    return traces
 
 
 def cloud(points: FloatArray, colours: str | Sequence[str], texts: Sequence[str], size: int = 4) -> dict[str, Any]:

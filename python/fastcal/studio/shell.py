@@ -34,7 +34,6 @@ def add_pages(studio: Studio) -> None:
     """Registers a page a screen."""
     ui.add_css(_STYLE, shared=True)
     ui.add_head_html(f"<script>{_FOR_ALL.replace('LANGUAGE', language.get())}</script>", shared=True)
-    ui.button.default_props("no-caps")  # words as they are spoken, as on all pages
     for address, title, _icon, purpose, module in SCREENS:
         ui.page(address, title=f"{_(title)} · fastcal studio")(_page(studio, address, title, purpose, module))
 
@@ -177,7 +176,10 @@ _STYLE = """
 .studio-screen:hover { background: rgba(127, 127, 127, .15); }
 .studio-chosen { background: rgba(31, 95, 139, .18); font-weight: 600; }
 .studio-command { background: rgba(127, 127, 127, .12); border-radius: .4rem; padding: .3rem .6rem; }
+.q-btn, .q-tab { text-transform: none; } /* words as they are spoken, as on all pages */
 /* Quasar's colours stand in a layer and are important: only their variables can be set from here. */
+/* A scene in space has one ground: light and dark change places, colours stay what they are. */
+.body--dark .nicegui-scene canvas { filter: invert(0.92) hue-rotate(180deg); }
 .body--dark .text-primary { --q-primary: #7fb6dc; }
 .body--dark .text-positive { --q-positive: #74c894; }
 .body--dark .text-negative { --q-negative: #f2938c; }

@@ -103,15 +103,33 @@ def fleet(say: Say, arms: str, out: str, diagnosed: bool = False) -> Any:
     from fastcal.fleet.page import write_fleet
 
     listed = read_list(arms)
-    found = diagnose_many(listed, out=out, progress=say) if diagnosed else calibrate_many(
-        listed, out=out, reports=True, progress=say
+    spoken = language.get()
+    found = diagnose_many(listed, out=out, language=spoken, progress=say) if diagnosed else calibrate_many(
+        listed, out=out, reports=True, language=spoken, progress=say
     )  # fmt: skip
     say(said("writing the page"))
-    write_fleet(found, Path(out), language=language.get())
+    write_fleet(found, Path(out), language=spoken)
     return {"arms": [arm.to_row() for arm in found]}
 
 
-TASKS: dict[str, Callable[..., Any]] = {task.__name__: task for task in (calibrate, diagnose, without, design, fleet)}
+def check(say: Say, model: str, kept: str, date: str, checks: str, out: str) -> Any:
+    """Holds kept.csv against a model, writes kept.json and kept.html, and all checks over time."""
+    from fastcal.report.check_report import check_act, check_sentence
+    from fastcal.report.monitoring_files import write_check, write_history
+
+    robot = fastcal.load_robot(model)
+    say(said("checking"))
+    found = fastcal.check(robot, fastcal.load_measurements(f"{kept}.csv", robot), who={"date": date})
+    write_check(found, f"{kept}.json")
+    write_check(found, f"{kept}.html", language=language.get())
+    say(said("writing the page"))
+    write_history(fastcal.history(checks), out, language=language.get())
+    told = {"sentence": check_sentence(found), "act": check_act(found)}
+    return {"verdict": found.verdict, **told, "page": f"{kept}.html"}
+
+
+_ALL = (calibrate, diagnose, without, design, fleet, check)
+TASKS: dict[str, Callable[..., Any]] = {task.__name__: task for task in _ALL}
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -14,6 +14,7 @@ from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.consensus import Rows, agreeing_rows, leave_freedom
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
+from fastcal.report.next_step import step
 
 Array = NDArray[np.float64]
 
@@ -95,6 +96,7 @@ def test_where_fewer_than_half_agree_the_refusal_counts_them() -> None:
     result = Spoilt(1, 0.6, "scattered").calibrated()
     assert result.status == "not_converged"
     assert result.message.startswith("only 40 of 100 rows agree with one another, to 0.0")
+    assert step(result) == "measure again, or leave the bad rows out"
 
 
 def test_two_places_of_the_tracker_are_refused_where_neither_is_the_rule() -> None:
@@ -102,6 +104,7 @@ def test_two_places_of_the_tracker_are_refused_where_neither_is_the_rule() -> No
     assert result.status == "not_converged"
     assert result.message.startswith("60 rows agree with one another to 0.0")
     assert " and 40 others to 0.0" in result.message
+    assert step(result) == "give the two parts different `station` or `mount` labels"
 
 
 def test_a_few_rows_from_another_place_are_left_out_with_a_word() -> None:

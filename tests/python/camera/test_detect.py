@@ -150,6 +150,7 @@ def test_the_page_of_a_calibration_shows_the_worst_pictures(folder: Path, tmp_pa
     assert "Bilder, das schlechteste zuerst" in page
     assert 'id="figure-residual-wrist"' in page
     assert page.count("data:image/jpeg;base64,") == 6
+    assert page.count('<figure class="picture" data-row="0:') == 6  # a click chooses the row everywhere
     # Without the pictures the page has their corners all the same.
     for picture in (folder / "shots").iterdir():
         picture.rename(picture.with_suffix(".moved"))

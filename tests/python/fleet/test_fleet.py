@@ -201,6 +201,14 @@ def test_arms_in_memory_are_taken_up_again_after_they_were_looked_at(tmp_path: P
     assert (tmp_path / "one" / "result.json").stat().st_mtime_ns == page
 
 
+def test_pages_of_arms_are_in_the_language_of_the_fleet_also_after_another(tmp_path: Path) -> None:
+    robot = fastcal.load_robot("ur5")
+    data = fastcal.simulate(robot, fastcal.random_poses(robot, 30, seed=1), noise=5e-5, seed=2)
+    for language in ("en", "de", "de"):
+        calibrate_many([Arm("one", robot, data)], out=tmp_path, reports=True, language=language)
+        assert f'<html lang="{language}">' in (tmp_path / "one" / "report.html").read_text()
+
+
 def test_the_command_writes_table_and_page(folder: Path, fleet: Fleet, capfd: pytest.CaptureFixture[str]) -> None:
     from fastcal.cli import main
 

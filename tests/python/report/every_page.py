@@ -61,8 +61,23 @@ LOOK = """() => {
     empty: plots.filter((plot) => !["drawn", "message"].includes(plot.dataset.state)).map(named),
   };
 }"""
+DIAGNOSIS = {"diagnose", "diagnosed"}  # parts of the names of such cases
+KINDS = ("overlap", "cut", "over", "empty")  # of what LOOK finds
 QUIET = ("Canvas2D", "GPU", "GL Driver")  # what a browser that draws in software says of itself
 PIECE = 4000  # a browser that draws in software paints no higher picture at once [CSS pixels]
+
+
+PAPER = 687  # of text between the margins of A4, as in page.js [CSS pixels]
+
+
+def on_paper(shown: Any) -> dict[str, Any]:
+    """What LOOK sees of a page as it is printed."""
+    shown.set_viewport_size({"width": PAPER, "height": PIECE})
+    shown.wait_for_timeout(500)
+    shown.evaluate("dispatchEvent(new Event('beforeprint'))")
+    shown.emulate_media(media="print")
+    shown.wait_for_timeout(500)
+    return dict(shown.evaluate(LOOK))
 
 
 def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
@@ -80,18 +95,24 @@ def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
         shown.locator('body[data-state="ready"]').wait_for(timeout=120_000)
         seen = shown.evaluate(LOOK)
         on = f"{width} {scheme}"
-        found += [f"{on}: {kind}: {each}" for kind in ("overlap", "cut", "over", "empty") for each in seen[kind]]
+        found += [f"{on}: {kind}: {each}" for kind in KINDS for each in seen[kind]]
         found += [f"{on}: console: {text}" for text in said if not any(known in text for known in QUIET)]
         if seen["wide"] != width:
             found.append(f"{on}: {seen['wide']} pixels wide")
         if axe is not None:
             found += [f"{on}: axe-core: {rule}: {element[:200]}" for rule, element, _act in inaccessible(shown, axe)]
-        if page.parent.parent.name.startswith("diagnose") and (seen["words"] > WORDS or seen["charts"] > CHARTS):
+        is_diagnosis = not DIAGNOSIS.isdisjoint(page.parent.parent.name.split("_"))
+        if is_diagnosis and (seen["words"] > WORDS or seen["charts"] > CHARTS):
             found.append(f"{on}: {seen['words']} words, {seen['charts']} charts")
         if picture is not None:
             _photograph(shown, f"{picture}.{width}.{scheme}.png")
             if (width, scheme) == SCREENS[0]:
                 shown.pdf(path=f"{picture}.pdf", prefer_css_page_size=True)
+        if (width, scheme) == SCREENS[0]:
+            printed = on_paper(shown)
+            found += [f"paper: {kind}: {each}" for kind in KINDS for each in printed[kind]]
+            if printed["wide"] != PAPER:
+                found.append(f"paper: {printed['wide']} pixels wide")
         context.close()
     return found
 

@@ -282,12 +282,15 @@ def test_figures_are_drawn_to_the_width_of_the_paper_and_back(browser: Any, page
       dispatchEvent(new Event("beforeprint")); await settle();
       const paper = widths();
       const columns = plots.map((plot) => Number(/columns-(\\d)/.exec(plot.closest("figure").className)[1]));
+      const cards = plots.map((plot) => plot.closest(".verdict") !== null);
       dispatchEvent(new Event("afterprint")); await settle();
-      return [columns, screen, paper, widths()];"""
-    columns, screen, paper, back = browser.probe(page, script)
+      return [columns, cards, screen, paper, widths()];"""
+    columns, cards, screen, paper, back = browser.probe(page, script)
     assert back == pytest.approx(screen, abs=1)
-    for count, width in zip(columns, paper, strict=True):
-        assert width == pytest.approx((PAPER_WIDTH + 12) * count / 6 - 12, abs=1)
+    assert any(cards)
+    for count, is_card, width in zip(columns, cards, paper, strict=True):
+        across = PAPER_WIDTH - (41 if is_card else 0)  # 18 beside it on either side, 5 of border
+        assert width == pytest.approx((across + 12) * count / 6 - 12, abs=1)
 
 
 def test_prints_on_a4(browser: Any, page: str) -> None:

@@ -336,7 +336,7 @@ def test_what_something_without_a_name_depends_on_is_spoken() -> None:
     assert depends(["sight_x", "sight_y", "sight_z"]) == "the side from which the instrument sees it"
     assert depends(["gravity"]) == "its orientation to gravity"
     assert depends(["weight_x", "weight_y"]) == "the payload and its orientation to gravity"
-    assert depends(["x", "y", "z"]) == "the place in the workspace"
+    assert depends(["x", "y", "z"]) == "the position in space"
     assert depends(["load4", "time_s"]) == "the load on joint 4 and time"
     assert depends(["flow"]) == "the column flow"
 
@@ -395,3 +395,9 @@ def test_several_causes_are_spoken_of_as_several(found: Diagnosis) -> None:
     assert "With them in the model the error" in sentence_of(replace(found, gap=[*found.gap, found.gap[-1]]))
     worse = replace(found.gap[-1], kinds={"position": KindGap("mm", 9.0, 9.0, 9.0)})
     assert " rises from " in sentence_of(replace(found, gap=[found.gap[0], worse]))
+
+
+def test_the_status_says_whether_the_model_may_be_used(found: Diagnosis) -> None:
+    worse = replace(found.gap[-1], kinds={"position": KindGap("mm", 9.0, 9.0, 9.0)})
+    states = [found, replace(found, gap=[found.gap[0], worse]), replace(found, converged=False)]
+    assert [each.to_json_dict()["status"] for each in states] == ["converged", "predicts_worse", "not_converged"]

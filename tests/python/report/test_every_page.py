@@ -19,6 +19,7 @@ from .every_page import CASES, faults
         "calibrate_wrong_rows",
         "diagnose_nothing",
         "diagnose_several",
+        "diagnose_german",
         "check_changed",
         "compare_differs",
         "history_alarm",

@@ -49,6 +49,12 @@ def english(page: str) -> list[str]:
         "check_collision",
         "compliance_of_loads",
         "accept_path",
+        "path_compensated",
+        "cell_updated",
+        "cell_of_two_arms_checked",
+        "camera",
+        "calibrate_effects",
+        "calibrate_not_converged",
     ],
 )
 def test_a_page_of_german_has_no_english(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,10 +9,12 @@ from typing import Any
 import pytest
 
 from fastcal.calibration.calibrate import CalibrationResult
+from fastcal.report.language import in_language
 from fastcal.report.next_step import step
 from fastcal.report.trends import Trend
 from fastcal.report.view import Rows, Statistics, rows_of
 from fastcal.report.words import Verdict, listed, trusted, verdict
+from fastcal.said import failure, said
 
 NBSP = "\N{NO-BREAK SPACE}"
 QUIET = Trend(share=0.5, p_value=0.5)
@@ -131,7 +133,8 @@ def test_outliers_of_the_fit_are_no_errors_of_the_model(make_result: Callable[..
     before, after = trusted(result, rows, is_test=False)
     assert (before.count, after.count) == (56, 56)
     assert after.max < rows.after.max
-    assert trusted(dataclasses.replace(result, loss="none"), rows, is_test=False) == (rows.before, rows.after)
+    for changed in ({"loss": "none"}, {"status": "not_converged"}):  # a fit that failed does not say what an outlier is
+        assert trusted(dataclasses.replace(result, **changed), rows, is_test=False) == (rows.before, rows.after)
 
 
 def test_what_a_reader_must_know_first_comes_first(clean: CalibrationResult) -> None:
@@ -147,5 +150,15 @@ def test_what_a_reader_must_know_first_comes_first(clean: CalibrationResult) -> 
 def test_a_failure_claims_nothing_good(clean: CalibrationResult) -> None:
     failed = dataclasses.replace(clean, status="not_converged", doubts=["is it the right robot?"])
     assert [remark.is_caution for remark in judge(failed).remarks] == [True]
-    assert step(failed).startswith("resolve the warnings first")
+    assert step(failed) == "resolve the warnings, then calibrate again"
     assert step(dataclasses.replace(failed, doubts=[])).startswith("measure more poses")
+
+
+def test_what_a_failure_asks_for_is_the_one_thing_to_do(clean: CalibrationResult) -> None:
+    message = failure(said("only {count} of 9 agree", count=4), said("measure again, or leave the bad rows out"))
+    failed = dataclasses.replace(clean, status="not_converged", message=message)
+    assert message == "only 4 of 9 agree; measure again, or leave the bad rows out"
+    assert judge(failed).headline.startswith("The calibration failed: only 4 of 9 agree. ")
+    assert step(failed) == "measure again, or leave the bad rows out"
+    with in_language("de"):
+        assert step(failed) == "erneut messen oder die falschen Zeilen weglassen"

@@ -25,6 +25,13 @@ HARMLESS = ("Resize must be passed a displayed plot div element", "WebGL")
 PATIENCE, SHORT = 120_000, 15_000  # [ms] on a busy machine; the former also of the browser's start
 
 
+# Words that are shown in capitals, which no language writes so; the names of icons are no words.
+SHOUTED = """() => [...document.querySelectorAll("body *:not(i)")].filter((each) =>
+  each.checkVisibility() && getComputedStyle(each).textTransform === "uppercase" &&
+  [...each.childNodes].some((part) => part.nodeType === Node.TEXT_NODE && part.textContent.trim())
+).map((each) => each.textContent.trim())"""
+
+
 @dataclass
 class Running:
     """A studio in a process of its own."""
@@ -115,6 +122,7 @@ class Looker:
 
     def everybody(self) -> None:
         """What is shown can be used by everybody, in light and dark, as far as axe-core is there to say so."""
+        assert self.page.evaluate(SHOUTED) == []
         if self.axe is None:
             return
         for scheme in ("light", "dark"):

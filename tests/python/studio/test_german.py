@@ -51,6 +51,7 @@ SEEN = """() => {
 NAMES = {"fastcal", "studio", "geometry", "joint", "compliance", "backlash", "deg", "rad", "payload", "temperature"}
 NAMES |= {"name", "target", "Group", "Collection", "csv", "txt", "script", "yaml", "mod", "src", "dat", "urdf", "xacro"}
 NAMES |= {"poses", "tracker", "joints", "demo", "arms", "calibration", "diagnosis", "model", "measurements", "cell"}
+NAMES |= {"checks", "history"}  # folders of the project
 NAMES |= {"Erweitern", "Sie"}  # the web framework's own, of what is folded
 NAMES |= {
     "FANUC",

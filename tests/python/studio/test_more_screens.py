@@ -174,3 +174,62 @@ def test_fleet_matrix(look: Any, studio: Any) -> None:
     page.goto(studio.base + look.get("arm-link").first.get_attribute("href"))
     page.locator("h1").first.wait_for()
     page.close()
+
+
+@patiently
+def test_what_stands_where_is_drawn_and_kept(look: Any, studio: Any) -> None:
+    """A tool that is longer by 100 mm: the tool's place follows, and so does the file once it is saved."""
+    page = look.go("/arm")
+    look.get("tool").wait_for()
+    before = fastcal.load_robot(studio.folder / "robot.yaml").spec["tool"]["xyz_mm"][2]
+    at = look.get("tool").inner_text()
+    page.get_by_label("tool: z mm", exact=True).fill(str(before + 100))
+    look.get("tool").filter(has_not_text=at).wait_for()
+    assert fastcal.load_robot(studio.folder / "robot.yaml").spec["tool"]["xyz_mm"][2] == before
+    look.get("save-places").click()
+    look.get("kept-places").filter(has_text="robot.yaml").wait_for()
+    kept = fastcal.load_robot(studio.folder / "robot.yaml")
+    assert kept.spec["tool"]["xyz_mm"][2] == before + 100
+    moved = 1000 * kept.forward(np.zeros((1, 6)))[0, :3, 3]
+    assert f"x {moved[0]:.2f} y {moved[1]:.2f} z {moved[2]:.2f} mm," in " ".join(look.get("tool").inner_text().split())
+    look.everybody()
+    page.get_by_label("tool: z mm", exact=True).fill(str(before))
+    look.get("save-places").click()
+
+
+@patiently
+def test_an_arm_of_the_fleet_is_checked(look: Any, studio: Any) -> None:
+    """A joint's zero that moved by 0.05 degrees after the fleet was calibrated is named, and what to do about it."""
+    project = Project(studio.folder)
+    there = studio.folder / "fleet" / "cell_1"
+    data = fastcal.load_measurements(studio.folder / "fleet_data" / "cell_1.csv", project.robot())
+    result = fastcal.calibrate(project.robot(), data, effects="geometry,joint_compliance@joint2")
+    there.mkdir(parents=True, exist_ok=True)
+    result.model.save(there / "model.yaml")
+    spec = fastcal.load_robot(there / "model.yaml").spec
+    spec["joints"][2]["theta_deg"] += 0.05
+    moved = fastcal.load_robot({key: value for key, value in spec.items() if key != "calibration"})
+    for month, real in ((3, result.model), (4, moved)):
+        measured = fastcal.simulate(real, fastcal.check_poses(result.model, 8).q, noise=3e-5, seed=month)
+        fastcal.write_measurements(studio.folder / f"new_{month}.csv", measured, real.joint_types)
+    page = look.go("/fleet")
+    page.locator('[data-test="check-model"]').click()
+    page.get_by_role("option", name="fleet/cell_1/model.yaml", exact=True).click()
+    for month, verdict in ((3, "holds"), (4, "changed")):
+        page.get_by_label("Date", exact=True).fill(f"2026-0{month}-02")
+        look.drop("check", studio.folder / f"new_{month}.csv")
+        page.locator(f'[data-test="checked"][data-verdict="{verdict}"]').wait_for()
+    assert "joint 3 zero by +0.0" in look.get("checked").inner_text()
+    assert "re-master joint 3" in look.get("act").inner_text()
+    look.everybody()
+    kept = studio.folder / "checks" / "cell_1" / "2026-04-02.json"
+    first = kept.read_bytes()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(studio.folder)
+        line = shlex.split(look.get("command").first.inner_text())
+        assert command([*line[1:], "--quiet"]) == 4  # it has changed
+    assert kept.read_bytes() == first
+    shown = page.context.new_page()
+    shown.goto(studio.base + look.get("history-link").get_attribute("href"))
+    shown.locator("h1").filter(has_text="cell_1").wait_for()
+    shown.close()

@@ -5,9 +5,10 @@
 // Widths in CSS pixels of figures on A4 with 14 mm margins (182 mm of text): the sizes on paper can't be asked for before printing.
 const PAPER_WIDTH = 687;
 const PAPER_GAP = 12;
+const PAPER_CARD = 41; // border and margins of the verdict
 const PAPER_SCENE = [440, 240]; // as in page.css
 const PAPER_ASPECT = { 2: 0.6, 3: 0.42, 4: 0.36, 6: 0.28 };
-const NARROW = 480, LETTER = 6.3, LINE = 15; // [pixels]
+const NARROW = 480, LINE = 15; // [pixels]
 const PHONE = 560; // as in page.css
 const plots = [...document.querySelectorAll(".plot")];
 const drawn = plots.map(() => false);
@@ -79,10 +80,11 @@ async function draw(plot, place) {
   const { data, layout, narrow, postures, links, pages, rows } = drawing(plot);
   if (plot.dataset.kind === "scene") return drawScene(plot, data, layout, narrow, postures);
   await Plotly.newPlot(plot, data, layout, { responsive: true, displayModeBar: false });
-  const changes = plot.clientWidth < NARROW ? { ...narrow, ...wrappedTitle(plot, layout) } : {};
-  if (changes.height) plot.style.height = `${changes.height}px`;
-  if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
-  if (plot.clientWidth < NARROW) await fitted(plot);
+  if (plot.clientWidth < NARROW) {
+    await changed(plot, narrow ?? {});
+    await wrapTitle(plot, layout);
+    await fitted(plot);
+  }
   if (rows?.traces) followRows(plot, rows, data);
   if (links?.length) plot.on("plotly_click", ({ points: [hit] }) => leadTo(links[hit.y]));
   if (pages?.length) plot.on("plotly_click", ({ points: [hit] }) => pages[hit.pointIndex] && location.assign(pages[hit.pointIndex]));
@@ -97,19 +99,44 @@ function drawScene(plot, data, layout, narrow, postures) {
   plot.dataset.state = "drawn";
 }
 
-// The title below an axis that is shorter stands on as many lines as it needs.
-function wrappedTitle(plot, { xaxis }) {
+async function changed(plot, changes) {
+  if (changes.height) plot.style.height = `${changes.height}px`;
+  if (Object.keys(changes).length) await Plotly.relayout(plot, changes);
+}
+
+// The title below an axis that is shorter stands on two lines, or, where these are too few, below its names as well;
+// once more where the axis became shorter meanwhile, as names beside it took their room.
+async function wrapTitle(plot, layout) {
+  const { height, margin } = plot._fullLayout;
+  for (let across = Infinity, rounds = 0; rounds < 3 && plot._fullLayout.xaxis?._length < across - 1; rounds++) {
+    across = plot._fullLayout.xaxis._length;
+    await changed(plot, wrappedTitle(plot, layout, height, margin.b));
+  }
+}
+
+function wrappedTitle(plot, { xaxis, annotations }, height, bottom) {
   const text = xaxis?.title?.text ?? "";
-  const most = Math.floor((plot._fullLayout.xaxis?._length ?? Infinity) / LETTER);
-  if (text.length <= most) return {};
+  const { _length: across, _offset: before, title } = plot._fullLayout.xaxis;
+  const own = linesOf(text, across, title.font);
+  if (own.length < 2) return {};
+  const lines = own.length > 2 ? linesOf(text, before + across, title.font) : own;
+  const added = (lines.length - 1) * LINE;
+  const changes = { "margin.b": bottom + added, height: height + added };
+  if (lines === own) return { ...changes, "xaxis.title.text": lines.join("<br>") };
+  const below = { text: lines.join("<br>"), font: title.font, align: "right", showarrow: false, xref: "paper", x: 1,
+    xanchor: "right", yref: "paper", y: 0, yanchor: "top", yshift: -1.5 * LINE };
+  return { ...changes, "xaxis.title.text": "", annotations: [...(annotations ?? []), below] };
+}
+
+function linesOf(text, width, { size, family }) {
+  const pen = document.createElement("canvas").getContext("2d");
+  pen.font = `${size}px ${family}`;
   const lines = [""];
   for (const word of text.split(" ")) {
-    if (lines.at(-1) && `${lines.at(-1)} ${word}`.length > most) lines.push("");
+    if (lines.at(-1) && pen.measureText(`${lines.at(-1)} ${word}`).width > width) lines.push("");
     lines.push(`${lines.pop()} ${word}`.trim());
   }
-  const added = (lines.length - 1) * LINE;
-  const height = plot._fullLayout.height + added;
-  return { "xaxis.title.text": lines.join("<br>"), "margin.b": plot._fullLayout.margin.b + added, height };
+  return lines;
 }
 
 // Names in a drawing that run over its edge are written as small as they must be.
@@ -150,10 +177,10 @@ function numeral(value, options = {}) {
   return new Intl.NumberFormat(document.documentElement.lang, how).format(value).replace("-", "\u2212");
 }
 
-// A row is chosen by the slider, a click on a point, an arrow or a line of the outliers; every drawing then shows it.
+// A row is chosen by the slider, a click on a point, an arrow, a line of the outliers or a picture; all then show it.
 const chooses = [];
 function choose(row) {
-  for (const line of document.querySelectorAll("tr[data-row]")) line.classList.toggle("chosen", line.dataset.row === row);
+  for (const line of document.querySelectorAll("[data-row]")) line.classList.toggle("chosen", line.dataset.row === row);
   for (const show of chooses) show(row);
 }
 
@@ -200,7 +227,7 @@ function followPostures(plot, { points, width, parts, of, labels, rows, shown, f
   scene.picked.push((trace, k) => {
     if (k < posture.length && !traces.includes(trace) && scene.data[trace].mode === "markers") choose(rows[posture[k]]);
   });
-  for (const line of document.querySelectorAll("tr[data-row]")) {
+  for (const line of document.querySelectorAll("[data-row]")) {
     if (!rows.includes(line.dataset.row)) continue;
     line.addEventListener("click", () => {
       choose(line.dataset.row);
@@ -306,11 +333,25 @@ async function toPaper() {
   if (prefersDark.matches) await redraw(flat(), true);
   for (const plot of flat()) {
     const columns = Number(/columns-(\d)/.exec(plot.closest(".figure").className)[1]);
-    const width = Math.floor(((PAPER_WIDTH + PAPER_GAP) * columns) / 6 - PAPER_GAP);
+    const across = PAPER_WIDTH - (plot.closest(".verdict") ? PAPER_CARD : 0);
+    const width = Math.floor(((across + PAPER_GAP) * columns) / 6 - PAPER_GAP);
     const height = Number(plot.dataset.paper) || Math.min(plot.offsetHeight, Math.round(PAPER_ASPECT[columns] * width));
-    plot.style.setProperty("--paper-height", `${height}px`);
-    Plotly.relayout(plot, { width, height, "font.size": 10, "xaxis.title.font.size": 10, "yaxis.title.font.size": 10 });
+    toSize(plot, width, height);
+    const missing = overhang(plot);
+    if (missing > 0) toSize(plot, width, height + 2 * missing);
   }
+}
+
+function toSize(plot, width, height) {
+  plot.style.setProperty("--paper-height", `${height}px`);
+  Plotly.relayout(plot, { width, height, "font.size": 10, "xaxis.title.font.size": 10, "yaxis.title.font.size": 10 });
+}
+
+// By how much the title of a vertical axis is longer than its drawing is high, at the end where it is cut more.
+function overhang(plot) {
+  const frame = plot.querySelector(".main-svg").getBoundingClientRect();
+  const titles = [...plot.querySelectorAll(".ytitle, .y2title")].map((each) => each.getBoundingClientRect());
+  return Math.ceil(Math.max(0, ...titles.map((each) => Math.max(frame.top - each.top, each.bottom - frame.bottom))));
 }
 
 async function toScreen() {

@@ -253,21 +253,24 @@ class Scene {
       let out = [(b[1] - a[1]) / length, (a[0] - b[0]) / length]; // across the edge, away from the box
       const outwards = [0, 1].reduce((sum, c) => sum + out[c] * ((a[c] + b[c]) / 2 - middle[c]), 0);
       if (outwards < 0) out = out.map((v) => -v);
-      pen.textAlign = out[0] < -0.35 ? "right" : out[0] > 0.35 ? "left" : "center";
-      pen.font = `11px ${this.style.font}`;
-      const step = length / Math.max(1, this.ticks[k].length);
       if (length < 30) continue; // seen end on
-      const some = this.ticks[k].filter((_tick, place) => step > 26 || place % 2 === 0);
-      for (const tick of some) {
-        const at = one(put(k, tick, edges[k]));
-        pen.fillText(numeral(tick), at[0] + 9 * out[0], at[1] + 11 * out[1]);
-      }
-      pen.font = `12px ${this.style.font}`;
+      const beside = out[0] < -0.35 ? "right" : out[0] > 0.35 ? "left" : "center";
       const reach = 24 + 16 * Math.abs(out[0]);
       const top = a[1] < b[1] ? a : b;
-      if (k === 2) pen.textAlign = "center"; // above the upright edge, where it needs no width
-      pen.fillText(this.titles[k], ...(k === 2 ? [top[0], top[1] - 14]
-        : [(a[0] + b[0]) / 2 + reach * out[0], (a[1] + b[1]) / 2 + (reach + 4) * out[1]]));
+      const at = k === 2 ? [top[0], top[1] - 14] // above the upright edge, where it needs no width
+        : [(a[0] + b[0]) / 2 + reach * out[0], (a[1] + b[1]) / 2 + (reach + 4) * out[1]];
+      [pen.font, pen.textAlign] = [`12px ${this.style.font}`, k === 2 ? "center" : beside];
+      pen.fillText(this.titles[k], ...at);
+      const title = boxOf(pen, this.titles[k], at);
+      [pen.font, pen.textAlign] = [`11px ${this.style.font}`, beside];
+      const step = length / Math.max(1, this.ticks[k].length);
+      const some = this.ticks[k].filter((_tick, place) => step > 26 || place % 2 === 0);
+      for (const tick of some) {
+        const edge = one(put(k, tick, edges[k]));
+        const place = [edge[0] + 9 * out[0], edge[1] + 11 * out[1]];
+        const [text, other] = [numeral(tick), boxOf(pen, numeral(tick), place)];
+        if (SIDES.slice(0, 2).some((c) => title[c] > other[c + 2] || other[c] > title[c + 2])) pen.fillText(text, ...place);
+      }
     }
   }
 
@@ -375,6 +378,13 @@ function parts({ mode, marker, line, text, shades: shade, textfont }, at, size) 
 }
 
 // Names stand before all else, below their points, and each below those that it would cover.
+// Left, top, right and bottom of a text that is written at x and y.
+function boxOf(pen, text, [x, y]) {
+  const wide = pen.measureText(text).width;
+  const left = x - { left: 0, center: wide / 2, right: wide }[pen.textAlign];
+  return [left - 2, y - 7, left + wide + 2, y + 7];
+}
+
 function write(pen, { labels, font, ground }) {
   pen.save();
   [pen.font, pen.textAlign, pen.textBaseline] = [`12px ${font}`, "center", "top"];

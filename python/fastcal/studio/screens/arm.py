@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Arm: the skeleton with a slider a joint, beside the numbers that the pendant shows."""
+"""Arm: the skeleton with a slider a joint, beside the numbers that the pendant shows; what stands where."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from nicegui import ui
@@ -19,6 +21,7 @@ from fastcal.robot.robot import Robot
 from fastcal.robots import available
 from fastcal.studio import pictures
 from fastcal.studio.project import ROBOT
+from fastcal.studio.screens.places import build_places
 from fastcal.studio.shell import card, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si, to_si
@@ -32,7 +35,10 @@ def build(studio: Studio) -> None:
     @ui.refreshable
     def shown(source: str) -> None:
         with told():
-            _robot(load_robot(project.path(source) if source in own else source))
+            robot = load_robot(project.path(source) if source in own else source)
+            moved = _robot(robot)
+            if source == ROBOT:
+                build_places(project, robot, moved)
 
     hint = _("The project's own arm and models, or any that is shipped. A URDF is opened on the screen Data.")
     with card(_("Which"), hint):
@@ -43,7 +49,8 @@ def build(studio: Studio) -> None:
     shown(names[0])
 
 
-def _robot(robot: Robot) -> None:
+def _robot(robot: Robot) -> Callable[[Robot], None]:
+    """Sliders and skeleton; what is returned shows the same arm on another place, with other things on it."""
     units = ["mm" if kind == "prismatic" else "deg" for kind in robot.joint_types]
     signs = {"mm": "mm", "deg": "°"}
     try:
@@ -76,13 +83,23 @@ def _robot(robot: Robot) -> None:
             place = ui.label().classes("font-mono text-sm").props('data-test="tool"')
         with card(_("Skeleton"), _("Turn it with the mouse; the diamond is the tool.")):
             picture = (
-                ui.plotly(pictures.scene(pictures.arm(robot, q), cube)).classes("w-full").props('data-test="skeleton"')
+                ui.plotly(pictures.scene(pictures.standing(robot, q), cube))
+                .classes("w-full")
+                .props('data-test="skeleton"')
             )
 
     def turn(joint: int, value: float) -> None:
         q[joint] = value
+        show()
+
+    def moved(other: Robot) -> None:
+        nonlocal robot, cube
+        robot, cube = other, pictures.reach_of(other)
+        show()
+
+    def show() -> None:
         say()
-        picture.update_figure(pictures.scene(pictures.arm(robot, robot.follow(q[np.newaxis])[0]), cube))
+        picture.update_figure(pictures.scene(pictures.standing(robot, robot.follow(q[np.newaxis])[0]), cube))
 
     def say() -> None:
         there = robot.pendant.shown(q)
@@ -97,3 +114,4 @@ def _robot(robot: Robot) -> None:
         place.text = _("tool: x {x:.2f}  y {y:.2f}  z {z:.2f} mm, quaternion {turned}", x=x, y=y, z=z, turned=turned)
 
     say()
+    return moved

@@ -161,7 +161,7 @@ class _Screen:
                 act = self.changes(lambda event, of=quantity: reading.in_unit(self.project, of, event.value))
                 value = reading.unit_of(found, quantity)
                 toggle = ui.toggle(list(units), value=value if value in units else None, on_change=act)
-                toggle.props(f'dense no-caps data-test="unit-{quantity}"')
+                toggle.props(f'dense data-test="unit-{quantity}"')
             options = {"": _("as the file says"), **{name: name for name in CONVENTIONS}}
             act = self.changes(lambda event: self.project.answer("orientation", event.value or None))
             given = self.project.answers.get("orientation") or ""

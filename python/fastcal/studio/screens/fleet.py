@@ -19,6 +19,7 @@ from fastcal.report.language import _
 from fastcal.said import said
 from fastcal.studio.files import address
 from fastcal.studio.project import MEASUREMENTS
+from fastcal.studio.screens.checks import build_checks
 from fastcal.studio.shell import card, command_line, job_bar, told
 from fastcal.studio.state import Studio
 
@@ -104,6 +105,7 @@ def build(studio: Studio) -> None:
                 _matrix(studio, _rows(read_table(table)))
 
     matrix()
+    build_checks(studio)
 
 
 def _rows(table: Any) -> list[dict[str, str]]:
