@@ -135,7 +135,7 @@ def diagnose_cell(
         write_cell_diagnosis(found, output, language=language)
     if hand_eye:
         arms = zip(found.cell.arms, nominal.arms, strict=True)
-        of_model = any(now.robot.spec["joints"] != before.robot.spec["joints"] for now, before in arms)
+        of_model = any(now.robot.description.joints != before.robot.description.joints for now, before in arms)
         write(cell_hand_eyes(found.cell), of_model, hand_eye)
     warn([*readings.notes, *found.notes])
     say(f"{nominal.name}: {found.verdict.replace('_', ' ')}")

@@ -95,7 +95,8 @@ def diagnose(
         show("writing the report")
         write_diagnosis(found, output, made_by=origin, language=page_language)
     if hand_eye:
-        write(hand_eyes(found.model.description), found.model.spec["joints"] != nominal.spec["joints"], hand_eye)
+        arm = found.model.description
+        write(hand_eyes(arm), arm.joints != nominal.description.joints, hand_eye)
     warn(found.notes)
     say_diagnosis(found, output)
     if found.status != "converged":

@@ -61,9 +61,9 @@ def test_a_link_is_where_an_arm_that_ends_there_has_its_flange(urdf: Path, tips:
         return
     cell = cell_with(urdf, tips, f"left/{link}")
     q = np.random.default_rng(4).uniform(-1, 1, (5, len(cell.joint_types)))
-    names = [titles[-1] for titles in cell.joint_columns]
     alone = load_robot(urdf, tip_link=link)
-    own = np.stack([q[:, names.index(str(joint.name))] for joint in alone.joints], axis=1)
+    place = {name: k for k, titles in enumerate(cell.joint_columns) for name in titles}
+    own = np.stack([q[:, place[str(joint.name)]] for joint in alone.joints], axis=1)
     expected = pose(WORLD) @ alone.forward(own) @ pose(PLACE)
     (smr,) = cell.points
     np.testing.assert_allclose(cell.frames_at(q, smr.on) @ pose(smr.place), expected, atol=1e-12)
