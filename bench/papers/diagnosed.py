@@ -4,14 +4,15 @@
 
     python bench/papers/diagnosed.py --arms 10
 
-Arm by arm into diagnosed.json beside this file; arms that are there already are not diagnosed again.
+Arm by arm into diagnosed.json beside this file, each with the commit of its code; arms that are there already are not
+diagnosed again.
 """
 
 import argparse
 import json
 from pathlib import Path
 
-from keep import rounded
+from keep import head, rounded
 
 from fastcal.io.results import read_json
 from fastcal_studies import NAMES
@@ -28,7 +29,7 @@ for seed in range(asked.arms):
         runs = known.setdefault(name, [])
         if seed < len(runs):
             continue
-        runs.append(rounded(diagnosed_arm(name, seed)))
+        runs.append({"commit": head()} | rounded(diagnosed_arm(name, seed)))
         print(f"{name} {seed}: {runs[-1]['after_mm']} mm, plain {runs[-1]['plain_mm']} mm", flush=True)
-        text = json.dumps({"arms": known}, ensure_ascii=False, separators=(",", ":")).replace('{"seed"', '\n{"seed"')
-        asked.out.write_text(text + "\n", encoding="utf-8")
+        text = json.dumps({"arms": known}, ensure_ascii=False, separators=(",", ":"))
+        asked.out.write_text(text.replace('{"commit"', '\n{"commit"') + "\n", encoding="utf-8")

@@ -2,17 +2,22 @@
 # SPDX-License-Identifier: MIT
 """A swarm and a population of networks beside the same networks one after another, same steps.
 
-    python bench/python/bench_networks.py
+    python bench/python/bench_networks.py -o bench/python/bench_networks.json
 
 The swarm: 30 beetles, 6-20-3 sigmoids, 200 rows, 10 rounds of 3 evaluations. The population: the 100 deep
-networks of a genetic search's first generation, batches of 200 of 2,796 rows, 2 epochs. One core, CPU time, since cores
-may be shared; then the population's batches on two cores that nothing else uses, wall time, workers started before.
+networks of a genetic search's first generation, batches of 200 of 2,796 rows, 2 epochs. One core. What is kept are
+ratios of CPU time, each of two measurements that follow one another in the same process: other work on the machine
+slows both.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
+import statistics
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -29,17 +34,21 @@ from fastcal_studies.networks.bso_mlp import ARCHITECTURE
 from fastcal_studies.networks.plain import Coordinates
 from fastcal_studies.networks.search import Candidate, losses_of
 
-Clock = Callable[[], float]
+ROUNDS = 5
+Work = Callable[[], object]
 
 
-def seconds(work: Callable[[], object], repeats: int = 3, clock: Clock = time.process_time) -> float:
-    """Least time of some runs."""
-    found = []
-    for _ in range(repeats):
-        begun = clock()
-        work()
-        found.append(clock() - begun)
-    return min(found)
+def seconds(work: Work) -> float:
+    """CPU time of a run."""
+    begun = time.process_time()
+    work()
+    return time.process_time() - begun
+
+
+def ratios(together: Work, apart: Work, rounds: int) -> list[float]:
+    """How many times as long as together the same takes one after another, round by round."""
+    together()  # what is done once
+    return [seconds(apart) / seconds(together) for _ in range(rounds)]
 
 
 def learnt(rows: int) -> Problem:
@@ -47,7 +56,8 @@ def learnt(rows: int) -> Problem:
     return problem_of(nominal, simulate(perturbed(nominal, seed=1), random_poses(nominal, rows, seed=1), noise=1e-5))
 
 
-def swarm() -> tuple[float, float]:
+def swarm() -> tuple[Work, Work]:
+    """30 beetles together, and one by one."""
     problem, beetles, rounds = learnt(200), 30, 30
     one = Population(7, 3, [ARCHITECTURE])
     model = Coordinates(one, problem, [(0, 1, 2)], torch.device("cpu"))
@@ -57,11 +67,14 @@ def swarm() -> tuple[float, float]:
         with torch.no_grad():
             loss(one(part, model.x) - model.wanted[0], 0.0)
 
-    together = seconds(lambda: [evaluate(theta) for _ in range(rounds)])
-    return together, seconds(lambda: [evaluate(row[None]) for _ in range(rounds) for row in theta])
+    return (
+        lambda: [evaluate(theta) for _ in range(rounds)],
+        lambda: [evaluate(row[None]) for _ in range(rounds) for row in theta],
+    )
 
 
-def population(jobs: int = 1, clock: Clock = time.process_time) -> tuple[float, float]:
+def population() -> tuple[Work, Work]:
+    """100 deep networks trained as one, and one after another."""
     problem, count = learnt(2796), 100
     candidates = []
     for k, row in enumerate(np.random.default_rng(0).random((count, ga_dnn.GENES))):
@@ -69,26 +82,25 @@ def population(jobs: int = 1, clock: Clock = time.process_time) -> tuple[float, 
         split = ga_dnn.split_rows(np.arange(len(problem)), net.split, 0)
         candidates.append(Candidate(net.architecture, net.rate, net.rule, (0, 1, 2), *split, k))
 
-    def train(chosen: list[Candidate], jobs: int) -> None:
-        losses_of(problem, chosen, 2, 200, Options(jobs=jobs))
+    def train(chosen: list[Candidate]) -> None:
+        losses_of(problem, chosen, 2, 200, Options())
 
-    together = seconds(lambda: train(candidates, jobs), 3, clock)
-    return together, seconds(lambda: [train([one], 1) for one in candidates], 1, clock)
-
-
-def population_on_two_cores() -> tuple[float, float]:
-    return population(2, time.perf_counter)
+    return lambda: train(candidates), lambda: [train([one]) for one in candidates]
 
 
 def main() -> None:
+    """Prints and, asked to, keeps the ratios."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=ROUNDS)
+    parser.add_argument("-o", "--out", type=Path, help="record to write")
+    asked = parser.parse_args()
+    found = {}
     with one_thread():
-        for name, measure in (
-            ("swarm", swarm),
-            ("population", population),
-            ("population, two cores", population_on_two_cores),
-        ):
-            together, apart = measure()
-            print(f"{name}: together {together:.3f} s, one after another {apart:.3f} s, {apart / together:.1f} times")
+        for name, works in (("swarm", swarm()), ("population", population())):
+            found[name] = [round(ratio, 2) for ratio in ratios(*works, asked.rounds)]
+            print(f"{name}: one after another {statistics.median(found[name]):.1f} times, {found[name]}", flush=True)
+    if asked.out is not None:
+        asked.out.write_text(json.dumps({"rounds": asked.rounds, "ratios": found}) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

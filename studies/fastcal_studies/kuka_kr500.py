@@ -20,6 +20,7 @@ from fastcal.calibration.evaluation import evaluate
 from fastcal.calibration.simulation import random_poses, simulate
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
+from fastcal.report.formatting import plural
 from fastcal.robot.identified_spec import with_frames
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
@@ -313,7 +314,7 @@ def _identified(runs: Sequence[Run]) -> Table:
             "their std",
             "fastcal, 15 poses",
             "fastcal, 100 poses",
-            f"of {len(runs)} arms on a bound (33, 15 poses)",
+            f"of {plural(len(runs), 'arm')} on a bound (33, 15 poses)",
         ),
         rows,
         "Base and the tool's x and y hold what the paper splits between rows 0, 1 and 6. No compliance "

@@ -25,6 +25,7 @@ _ROLES = {
 }
 _BAR_OPACITY = 0.75
 _MINUS = "\N{MINUS SIGN}"
+_WRITTEN_NUMBER = re.compile(r"NUM( \(NUM to NUM\))?".replace("NUM", rf"[-{_MINUS}]?[\d.]+"))
 _NO_BREAK = "\N{NO-BREAK SPACE}"  # a range and a unit stay on one line; before it a narrow column breaks
 
 
@@ -51,7 +52,7 @@ def paper_page(content: Mapping[str, Any]) -> str:
         arms=plural(arms, "simulated arm" if simulated else "random split"),
         full=content["full"],
         tone="good" if all(h["reached"] and h["bettered"] for h in headlines) and all(worlds) else "caution",
-        sentence=content.get("sentence") or f"{_sentence(headlines)}{_in_worlds(worlds)}",
+        sentence=content.get("sentence") or f"{_sentence(headlines, arms)}{_in_worlds(worlds, arms)}",
         behind=[_behind(h) for h in headlines if not h["reached"]],
         headlines=_headlines(headlines) if headlines else None,
         remarks=content["remarks"],
@@ -65,13 +66,16 @@ def paper_page(content: Mapping[str, Any]) -> str:
     )
 
 
-def _sentence(headlines: Sequence[Mapping[str, Any]]) -> str:
+def _sentence(headlines: Sequence[Mapping[str, Any]], arms: int) -> str:
+    """What the measures show; of one arm there is no median and no range."""
     reached, bettered = (sum(bool(h[key]) for h in headlines) for key in ("reached", "bettered"))
+    measures = f"On {reached} of {plural(len(headlines), 'headline measure')} the paper's method reaches the paper's"
+    if arms == 1:
+        return f"{measures} figure on this one arm; on {bettered} fastcal's best on the same data leaves less."
     apart = sum(h["best"]["high"] < h["method"]["low"] for h in headlines)
     return (
-        f"On {reached} of {plural(len(headlines), 'headline measure')} the paper's method reaches the paper's figure "
-        f"here; on {bettered} the median of fastcal's best on the same data is lower, on {apart} of these the ranges "
-        "over the arms do not overlap."
+        f"{measures} figure here; on {bettered} the median of fastcal's best on the same data is lower, on {apart} of "
+        "these the ranges over the arms do not overlap."
     )
 
 
@@ -82,17 +86,19 @@ def _worlds(sections: Sequence[Mapping[str, Any]]) -> list[bool]:
     return [line[-1] < min(line[:-1]) for line in medians]
 
 
-def _in_worlds(leads: Sequence[bool]) -> str:
+def _in_worlds(leads: Sequence[bool], arms: int) -> str:
     """In how many it leads; nothing of a study without worlds."""
     if not leads:
         return ""
     worlds = plural(len(leads), "world")
-    return f" It leaves less than every other line in {sum(leads)} of {worlds} of hidden errors, by the medians."
+    by = ", by the medians" if arms > 1 else ""
+    return f" It leaves less than every other line in {sum(leads)} of {worlds} of hidden errors{by}."
 
 
 def _behind(headline: Mapping[str, Any]) -> str:
-    here = significant(headline["method"]["median"])
-    return f"{headline['measure']}: {here} here, {significant(headline['paper'])} in the paper. {headline['why']}"
+    here, measure = significant(headline["method"]["median"]), headline["measure"]
+    paper = significant(headline["paper"])
+    return f"{measure[0].upper()}{measure[1:]}: {here} here, {paper} in the paper. {headline['why']}"
 
 
 def _headlines(headlines: Sequence[Mapping[str, Any]]) -> Table:
@@ -119,11 +125,16 @@ def _part(exhibit: Mapping[str, Any]) -> dict[str, Any]:
 
 def _table(exhibit: Mapping[str, Any]) -> Table:
     rows = exhibit["rows"]
-    numeric = [k > 0 and not any(isinstance(row[k], str) for row in rows) for k in range(len(exhibit["columns"]))]
+    numeric = [k > 0 and not any(_is_text(row[k]) for row in rows) for k in range(len(exhibit["columns"]))]
     columns = [Column(title, numeric=number) for title, number in zip(exhibit["columns"], numeric, strict=True)]
     return Table(
         f"{exhibit['number']}: {exhibit['title']}", columns, [Group([[_cell(v) for v in row] for row in rows])]
     )
+
+
+def _is_text(value: Any) -> bool:
+    """Words, not a number that comes with its own digits, its range behind it."""
+    return isinstance(value, str) and not _WRITTEN_NUMBER.fullmatch(value)
 
 
 def _cell(value: Any) -> Cell:

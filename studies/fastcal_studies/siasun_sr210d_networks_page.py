@@ -91,9 +91,10 @@ def networks(runs: Sequence[Run]) -> Section:
     more: list[list[Cell]] = [list(row) for row in by_rows(runs)]
     exhibits.append(Table("More poses", "fastcal's best by poses learnt (mm)", ("poses", "200 others, mean"), more))
     axes = runs[0]["axes"]
-    exhibits.append(Chart("Figure 7", "residuals by axis, the first arm", "pose", "residual (mm)",
-                          [Series(axis, list(range(1, 201)), axes[axis], str(k), "points")
-                           for k, axis in enumerate("XYZ")]))  # fmt: skip
+    exhibits.append(
+        Chart("Figure 7", "residuals by axis before the network, 200 learnt, the first arm", "pose", "residual (mm)",
+              [Series(axis, list(range(1, 201)), axes[axis], str(k), "points") for k, axis in enumerate("XYZ")])
+    )  # fmt: skip
     own = runs[0]["networks"]
     for number, part in (("Figure 8", "learnt"), ("Figure 9", "unseen")):
         key = f"{part}_by_pose"

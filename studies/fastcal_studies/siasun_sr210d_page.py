@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fastcal.report.formatting import plural
 from fastcal_studies.exhibits import (
     COMPARED,
     MEAN_LENGTH,
@@ -219,12 +220,15 @@ def _off(runs: Sequence[Run], path: Sequence[str], hidden: float) -> Spread:
 
 def _stiffness(runs: Sequence[Run]) -> Section:
     rows: list[list[Cell]] = []
+    lacking = []
     for joint, printed in FLEXIBILITY.items():
         owner = f"joint{joint}"
         cells: list[Cell] = [f"c{joint}{joint}", 1e6 * printed]
-        for key in ("paper", "joint"):
+        for key, method in (("paper", "the paper's method"), ("joint", "the fit with geometry")):
             known = [run for run in runs if owner in run["flexibility"][key]]
             cells.append(scaled(spread(known, "flexibility", key, owner, "value"), 1e6) if known else None)
+            if len(known) < len(runs):
+                lacking.append(f"{cells[0]} by {method} on {len(known)} of {plural(len(runs), 'arm')}")
         known = [run for run in runs if owner in run["flexibility"]["load"]]
         sign = -1e6 if printed < 0 else 1e6
         cells.append(scaled(spread(known, "flexibility", "load", owner, "value"), 40.0 * sign) if known else None)
@@ -244,8 +248,8 @@ def _stiffness(runs: Sequence[Run]) -> Section:
                 "flexibility (µrad/A)",
                 ("", "hidden (printed)", "paper's method here", "fitted with geometry", "from the load, no currents"),
                 rows,
-                "The last column needs no current: compliance from the known 210 kg, at 40 N m/A. The paper's negative "
-                "signs are those of the currents.",
+                "The last column needs no current: compliance from the known 210 kg, at 40 N m/A; it has joints 2 and "
+                f"3 alone. The paper's negative signs are those of the currents.{_lacking(lacking)}",
             ),
             Table(
                 "Table 7",
@@ -261,6 +265,13 @@ def _stiffness(runs: Sequence[Run]) -> Section:
             _remaining(runs),
         ],
     )  # fmt: skip
+
+
+def _lacking(found: Sequence[str]) -> str:
+    """What is not found on every arm, in a sentence."""
+    if not found:
+        return ""
+    return f" Found {', '.join(found)}: elsewhere the rows do not tell it from another, and it is held."
 
 
 def _commands(runs: Sequence[Run]) -> Section:

@@ -19,6 +19,10 @@ TERMS: list[list[Cell]] = [
     ["BSO-MLP behind fastcal's model", "50 free, 50 and 200 loaded", "known: 210 kg", _REFITTED, "as the paper's"],
     ["fastcal's mlp behind the paper's model", "200 loaded, behind the former", "unknown: motor currents", "kept",
      "twice 150 epochs of three networks"],
-    ["fastcal's best", "50 free, 50 and 200 loaded", "known: 210 kg", _REFITTED, "60 steps of the likelihood"],
+    ["fastcal's best without load (table 5)", "50 free", "none", _REFITTED, "one fit; 60 steps of the likelihood"],
+    ["fastcal's best of table 7", "50 free, 50 loaded", "known: 210 kg", _REFITTED, "the same"],
+    ["fastcal's gp behind fastcal's model", "50 free, 50 and 200 loaded", "known: 210 kg", _REFITTED, "the same"],
+    ["fastcal's mlp behind fastcal's model", "50 free, 50 and 200 loaded", "known: 210 kg", _REFITTED,
+     "one fit; twice 150 epochs of three networks"],
     ["fastcal's gp by current", "50 free, 50 and 200 loaded", "unknown: motor currents", _REFITTED, "the same"],
 ]  # fmt: skip

@@ -115,7 +115,7 @@ def _errors(runs: Sequence[Run]) -> Section:
             Chart("Figure 10", "largest step of an error, the first arm", "step", "step (m, rad)", drawn,
                   "Least squares with the coupled Jacobian, again and again.", logarithmic=True),
             Chart("Figure 11", "the same with the redundant errors kept", "arm", "first step (m, rad)",
-                  [Series("redundant errors kept", [str(k) for k in range(1, len(wild) + 1)], wild, "0", "bars")],
+                  [Series("redundant errors kept", [f"seed {k}" for k in range(len(wild))], wild, "0", "points")],
                   "The deflection adds second-order terms that make null directions look identifiable. Of each arm the "
                   "first step is shown: behind it there is no arm left to linearize.", logarithmic=True),
             Chart("Convergence", "what is left of the 150 poses, the first arm", "steps taken", "RMS (mm)", left,
@@ -202,9 +202,9 @@ def _accuracy(runs: Sequence[Run]) -> Section:
         [name, runs[0]["hidden"].get(name), entry["found"], entry["std"]] for name, entry in identified.items()
     ]
     terms: list[list[Cell]] = [
-        [MODELS["rigid"], "150", "no load", "fitted", "one fit"],
-        [MODELS["gravity"], "150", "no load; beams taken as known", "fitted", "one fit"],
-        [MODELS["best"], "150", "no load; four stiffnesses fitted under a prior", "fitted", "one fit"],
+        [MODELS["rigid"], "150 poses", "no load", "fitted", "one fit"],
+        [MODELS["gravity"], "150 poses", "no load; beams taken as known", "fitted", "one fit"],
+        [MODELS["best"], "150 poses", "no load; four stiffnesses fitted under a prior", "fitted", "one fit"],
     ]
     groups: list[list[Cell]] = [
         [name, hidden, spread(runs, "groups", name, "found"), spread(runs, "groups", name, "std").median]
@@ -263,7 +263,8 @@ def _by_pose(values: Run, number: str, axis: str, keys: Sequence[str], what: str
 def _redundancy(runs: Sequence[Run]) -> Section:
     inertia = runs[0]["inertia"]
     rows: list[list[Cell]] = [
-        [f"joint {k}", PAPER_RATIO.get(k), inertia["sensitivity"][k - 1], inertia["index"][k - 1]] for k in range(1, 8)
+        [f"joint {k}", PAPER_RATIO.get(k), sensitivity, round(index, 9)]
+        for k, (sensitivity, index) in enumerate(zip(inertia["sensitivity"], inertia["index"], strict=True), start=1)
     ]
     charts = [
         Chart("Figure 7", f"mean inertia by joint {joint}", unit, "inertia (kg m²)",

@@ -174,7 +174,7 @@ def one_arm(seed: int, full: bool) -> Run:
     run["before"] = lengths_mm(left(model, unseen))
     if HAS_TORCH:
         from fastcal_studies.staubli_rx160l_best import SHARES, best, elsewhere, with_process
-        from fastcal_studies.staubli_rx160l_networks import networks
+        from fastcal_studies.staubli_rx160l_networks import SAME, networks
 
         heavy = [at(unseen.q[:HEAVY], load, 5 + k) for k, load in enumerate(TESTED_KG)]
         models = {"pieces": stiff.model, "linear": linear.model}
@@ -184,7 +184,7 @@ def one_arm(seed: int, full: bool) -> Run:
         rows = {world: [at(own.q, TOOL_KG, k, waves) for own, k in parts] for world, waves in there.items()}
         others, means = elsewhere(nominal, choice.parameters, rows, seed)
         others["round_gears"] = model, *with_round_gears(seed, learnt, unseen)
-        others["joints_same"] = process[0], learnt, unseen
+        others[SAME] = process[0], learnt, unseen
         run |= networks(model, learnt, unseen, heavy, models, others, seed, full)
         run["best"] = best(nominal, process, (fitted, held_out), (learnt, unseen), heavy, linear.model, seed)
         run["worlds"] = _worlds(run, means)

@@ -27,6 +27,7 @@ from fastcal_studies.study import Run
 ENSEMBLE = 3
 SMALL = Budget(population=60, generations=4)  # of the search, unless the whole of the paper's is asked for
 SHOWN = 200
+SAME = "joints_same"  # GA-DNN behind geometry of all rows, in the world of joints: fastcal's best has such a geometry
 
 
 class Trained(Protocol):
@@ -50,7 +51,7 @@ def networks(
 
     `stiff` are models of what the load does: the paper's pieces, and compliances that do not change with the load.
     `others` are a model, rows learnt and unseen of the same poses where something is another: GA-DNN learns them too,
-    in the shape that was found for `learnt`.
+    in the shape that was found for `learnt`; SAME is also judged under the loads.
     """
     problem = problem_of(model, learnt, seed=seed)
     options = Options(seed=seed, full=full)
@@ -86,13 +87,27 @@ def networks(
         "others": {
             name: {
                 "before": lengths(left(of, rows)),
-                "ga_dnn": lengths(left(of, rows) - ga_dnn[name].displacement(of.inputs(rows.q))),
+                "ga_dnn": lengths(_left_by(of, ga_dnn[name], rows)),
+                "ga_dnn_learnt": lengths(_left_by(of, ga_dnn[name], own)),
             }
-            for name, (of, _, rows) in others.items()
+            for name, (of, own, rows) in others.items()
         },
         "places": {"x_mm": _column(learnt, 0), "y_mm": _column(learnt, 1), "error_mm": sizes(before["learnt"])[:SHOWN]},
-        "loads": {f"{data.payload[0]} kg": _any_load(model, data, experts, stiff) for data in heavy},
+        "loads": {
+            f"{data.payload[0]} kg": _any_load(model, data, experts, stiff)
+            | {
+                name: lengths(_left_by(of, ga_dnn[name], data) - load_adds(stiff["pieces"], data, of))
+                for name, (of, *_) in others.items()
+                if name == SAME
+            }
+            for data in heavy
+        },
     }
+
+
+def _left_by(model: Robot, network: Trained, data: Dataset) -> FloatArray:
+    """(N, 3) what is left behind a model and a network [m]; the network knows no load."""
+    return np.asarray(left(model, data) - network.displacement(model.inputs(data.q)))
 
 
 def _any_load(model: Robot, data: Dataset, experts: Mapping[str, Sequence[Trained]], stiff: Mapping[str, Robot]) -> Run:

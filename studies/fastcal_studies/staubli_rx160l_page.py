@@ -282,7 +282,10 @@ def _networks(runs: Sequence[Run]) -> Section:
         paper = {"before": 0.52, "ga_dnn": 0.07}.get(key)
         learnt = spread(runs, "networks", key, "learnt", "mean")
         rows.append([name, paper, learnt, *_statistics(runs, "networks", key, "unseen")])
-    for name, path in (("geometry of the same rows", ["best", "before"]), (BEST, ["best"])):
+    same = ("others", "joints_same")
+    rows.append([WORLD_LINES["ga_dnn_same"], None, spread(runs, *same, "ga_dnn_learnt", "mean"),
+                 *_statistics(runs, *same, "ga_dnn")])  # fmt: skip
+    for name, path in (("geometry of the same rows alone", ["best", "before"]), (BEST, ["best"])):
         rows.append([name, None, spread(runs, *path, "learnt", "mean"), *_statistics(runs, *path, "unseen")])
     epochs = sorted(runs[0]["epochs"]["ga_dnn"], key=int)
     roles = {"bp2_sgd": "3", "bp2_adam": "0", "bp5_sgd": "4", "bp5_adam": "1", "ga_dnn": "method"}
@@ -357,6 +360,7 @@ def _loads(runs: Sequence[Run]) -> Section:
         "none": "geometry alone",
         "network": "GA-DNN alone",
         "global": "GA-DNN and pieces, the paper's",
+        "joints_same": "GA-DNN behind geometry of the network's rows, and pieces",
         "mlp_pieces": "mlp and pieces",
         "mlp": "mlp and plain compliances",
     }

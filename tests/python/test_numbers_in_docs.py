@@ -214,6 +214,13 @@ def test_the_table_of_the_humanoid_is_that_of_its_record() -> None:
         assert of["with effects"] < 5.0
 
 
+def test_many_networks_at_once_are_as_much_faster_as_their_record_says() -> None:
+    text, found = page("networks.md"), record("bench_networks.json")["ratios"]
+    swarm, population = (f"{min(found[name]):.1f} to {max(found[name]):.1f}" for name in ("swarm", "population"))
+    assert f"evaluated {swarm} times as fast as its beetles one by one" in text
+    assert f"trained {population} times as fast as one after another" in text
+
+
 def test_wheels_and_arms_are_those_of_this_version() -> None:
     for file in (ROOT / "README.md", ROOT / "docs" / "installation.md"):
         named = set(re.findall(r"fastcal-([\d.]+)-cp", file.read_text(encoding="utf-8")))

@@ -29,6 +29,7 @@ OF_FILES = {
     "robot/identified_spec.py",  # the file of an identified model
     "diagnosis/adaptation.py",
     "robot/loops.py",  # of the key `loops`
+    "studio/screens/places.py",  # changes what the file says of places
     "diagnosis/rig_library.py",  # changes what the file says of a camera
     "calibration/problem.py",  # the file of the start
     "calibration/setups.py",

@@ -107,7 +107,7 @@ def unmoved_notes(robot: Robot, data: Dataset) -> list[str]:
     if record is None:
         return []
     here = ranges(robot, data)
-    notes = []
+    notes: list[str] = []
     for name, (low, high) in record.covered.items():
         quantity, unit = name.rsplit("_", 1)
         if name not in here or high - low > STILL[unit]:

@@ -24,6 +24,7 @@ from fastcal.robot.rig import board_corners
 
 Picture = NDArray[np.uint8]
 
+LEAST_GRID = 3  # inner corners across and down that the detector of checkerboards asks for
 _SIDE = 1280  # pixels of the larger side in which boards are looked for first
 _WINDOW = (2, 11)  # pixels, half the side of the least and of the largest window about a corner
 _SMOOTH = 1.0  # pixels over which noise is smoothed before gradients are taken
@@ -86,16 +87,25 @@ def _checkerboard(
     cv2: Any, grey: Picture, small: Picture, scale: float, board: Mapping[str, Any]
 ) -> tuple[FloatArray | None, str]:
     inner = (int(board["columns"]) - 1, int(board["rows"]) - 1)
-    found = False
-    if min(inner) > 2:  # what the better detector asks for
+    found, other = False, None
+    if min(inner) >= LEAST_GRID:  # what the better detector asks for
         found, at = cv2.findChessboardCornersSB(small, inner, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
-    if not found:
+        other = None if found else grid_size(cv2, small)
+    if not found and other is None:  # on a grid of another size it would search for many seconds
         flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
         found, at = cv2.findChessboardCorners(small, inner, flags=flags)
     if not found:
-        return None, f"no checkerboard of {inner[0]} x {inner[1]} inner corners was found"
+        there = "" if other is None else f", but one of {other[1]} x {other[0]}"
+        return None, f"no checkerboard of {inner[0]} x {inner[1]} inner corners was found{there}"
     uv = _refined(cv2, grey, whole(at, scale), 0.35)
     return numbered(grey, uv.reshape(inner[1], inner[0], 2), coloured=True).reshape(-1, 2), ""
+
+
+def grid_size(cv2: Any, grey: Picture) -> tuple[int, int] | None:
+    """Inner corners down and across of the checkerboard in a picture, LEAST_GRID at least each; None: there is none."""
+    flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_LARGER
+    found, _, meta = cv2.findChessboardCornersSBWithMeta(grey, (LEAST_GRID, LEAST_GRID), flags=flags)
+    return meta.shape if found else None
 
 
 def _charuco(

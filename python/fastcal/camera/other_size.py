@@ -8,22 +8,20 @@ Files that count inner corners instead of squares, or that are of the board besi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fastcal.camera.finding import find_board
+from fastcal.camera.finding import grid_size
 from fastcal.camera.opencv import opencv
 from fastcal.camera.thumbnails import MOST_BYTES
 from fastcal.io.regular_file import read_bytes
 from fastcal.said import said
 
 _FARTHEST = 2  # columns and rows more or fewer
-_PICTURES = 2  # that are looked at
+_PICTURES = 3  # that are looked at
 _SIDE = 1280  # pixels of the larger side in which they are
-_FEWEST = 4  # columns or rows of a board: with fewer, parts of others pass for it
 
 
 def other_size(
@@ -37,28 +35,36 @@ def other_size(
         larger: Boards were found, and may be a part of one with a column or row more: the detector takes any part.
     """
     cv2 = opencv()
-    steps = [of for of in product(range(-_FARTHEST, _FARTHEST + 1), repeat=2) if any(of)]
-    steps.sort(key=lambda of: (abs(of[0]) + abs(of[1]), of[0] != of[1], of))
-    steps = [(1, 1), (1, 0), (0, 1)] if larger else steps
     for path in pictures[:: max(1, -(-len(pictures) // _PICTURES))]:
         grey = cv2.imdecode(np.frombuffer(read_bytes(path, MOST_BYTES), np.uint8), cv2.IMREAD_GRAYSCALE)
         least = min(_SIDE / max(grey.shape), 1.0)
         grey = cv2.resize(grey, None, fx=least, fy=least, interpolation=cv2.INTER_AREA)
+        size = grid_size(cv2, grey)
         for name, board in boards.items():
-            tried = {"checkerboard": steps, "charuco": [] if larger else [(0, 0), *steps]}.get(str(board["kind"]), [])
-            for more in tried:
-                columns, rows = (int(board[key]) + of for key, of in zip(("columns", "rows"), more, strict=True))
-                if min(columns, rows) < _FEWEST:
-                    continue
-                if find_board(grey, {**board, "kind": "checkerboard", "columns": columns, "rows": rows}).count:
-                    return said(
-                        "{picture} shows a checkerboard of {across} x {down} inner corners: for board {name} write "
-                        "kind: checkerboard, columns: {columns}, rows: {rows}, which count squares",
-                        picture=path.name,
-                        across=columns - 1,
-                        down=rows - 1,
-                        name=name,
-                        columns=columns,
-                        rows=rows,
-                    )
+            shown = None if size is None else _shown(board, size, larger=larger)
+            if shown is not None:
+                return said(
+                    "{picture} shows a checkerboard of {across} x {down} inner corners: for board {name} write "
+                    "kind: checkerboard, columns: {columns}, rows: {rows}, which count squares",
+                    picture=path.name,
+                    across=shown[0],
+                    down=shown[1],
+                    name=name,
+                    columns=shown[0] + 1,
+                    rows=shown[1] + 1,
+                )
     return ""
+
+
+def _shown(board: Mapping[str, Any], size: tuple[int, int], *, larger: bool) -> tuple[int, int] | None:
+    """Corners across and down of what was found, the way round that is nearer to the board; None: it is no such one."""
+    kind = str(board["kind"])
+    if kind not in ("checkerboard", "charuco") or (larger and kind == "charuco"):
+        return None
+    own = np.array([int(board["columns"]) - 1, int(board["rows"]) - 1])
+    more = min((np.array(of) - own for of in (size, size[::-1])), key=lambda of: int(np.abs(of).sum()))
+    is_other = kind == "charuco" or more.any()
+    if not is_other or np.abs(more).max() > _FARTHEST or (larger and more.min() < 0):
+        return None
+    across, down = (own + more).tolist()
+    return across, down

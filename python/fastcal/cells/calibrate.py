@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.data_notes import unseen_directions
+from fastcal.calibration.inspection import check_columns
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.kind_noise import noise_record, scaled
 from fastcal.calibration.lens_start import started_lenses
@@ -22,6 +23,7 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.evidence import SharedNoise
 from fastcal.cells.fit import Fit, never_worse
+from fastcal.cells.paths import serial_ways
 from fastcal.cells.placements import Placement, placements
 from fastcal.cells.readings import Readings
 from fastcal.cells.records import JOINTS, cell_record, way_records
@@ -124,6 +126,7 @@ def calibrate_cell(
     arms: Collection[str] | None = None,
     mend: bool = False,
     loss: str = "tukey",
+    as_read: bool = False,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> CellResult:
@@ -140,15 +143,20 @@ def calibrate_cell(
         arms: Of which arms, by name; of others only where they stand. None: of all.
         mend: Put pictures that are of other postures where they fit, instead of leaving them out.
         loss: Robust loss on the whitened error of a row: tukey, huber, cauchy, none.
+        as_read: Take the columns as they are, though the arms say that they were meant otherwise.
         threads: Cores; the result does not depend on it.
         progress: Called with a sentence at each step.
 
     Raises:
-        InvalidInput: Nothing was read, or of a frame that the cell does not have.
+        InvalidInput: Nothing was read, or of a frame that the cell does not have, or columns that were probably meant
+            otherwise.
     """
     report = progress or (lambda text: None)
     if not readings.sights(cell):
         raise InvalidInput(f"{readings.source}: holds no reading; expected columns such as x_mm@TARGET, or corners")
+    report("checking the columns")
+    suspected = _checked_columns(cell, readings, as_read=as_read)
+    readings = replace(readings, notes=(*readings.notes, *suspected))
     report("placing the members of the cell")
     readings = readings.in_order
     lenses, of_lenses = started_lenses(cell, readings.tables)
@@ -198,6 +206,22 @@ def calibrate_cell(
         shared=shared,
         notes=list(readings.notes),
     )
+
+
+def _checked_columns(cell: Cell, readings: Readings, *, as_read: bool) -> list[str]:
+    """`check_columns` of each arm with what was read from the world of a target on it, each sentence once.
+
+    Without effects: these are small beside a column that was meant otherwise, and some go with no serial arm.
+    """
+    out: dict[str, None] = {}
+    bare = replace(cell, arms=tuple(replace(arm, robot=arm.robot.with_(effects=[])) for arm in cell.arms))
+    for way in serial_ways(bare, readings.views):
+        try:
+            found = check_columns(way.robot, way.rows(bare, readings), as_read=as_read)
+        except InvalidInput as error:
+            raise InvalidInput(said("target {name}: {text}", name=way.name, text=str(error))) from None
+        out |= dict.fromkeys(said("target {name}: {text}", name=way.name, text=text) for text in found)
+    return list(out)
 
 
 def record_of(noise: dict[str, KindNoise], shared: SharedNoise | None) -> dict[str, tuple[float, str]]:

@@ -122,6 +122,13 @@ class Cell:
         """The arm of this name."""
         return next(arm for arm in self.arms if arm.name == name)
 
+    @property
+    def only_arm(self) -> Robot:
+        """The robot of the cell's one arm. InvalidInput where there are several."""
+        if len(self.arms) > 1:
+            raise InvalidInput(f"{self.name}: expected one arm, got {len(self.arms)}")
+        return self.arms[0].robot
+
     @cached_property
     def core(self) -> _core.RobotModel:
         """The tree of all frames. InvalidInput where something stands on nothing, or on itself."""
@@ -164,9 +171,12 @@ class Cell:
 
     @cached_property
     def joint_columns(self) -> list[tuple[str, ...]]:
-        """As `Arm.joint_columns`, of all joints in the order of the tree."""
+        """As `Arm.joint_columns`, of all joints in the order of the tree; of a cell's only arm `q1` as well."""
         arms = {arm.name: arm for arm in self.arms}
-        return [names for of in self.core.branches if of.joint_count for names in arms[of.name].joint_columns]
+        columns = [names for of in self.core.branches if of.joint_count for names in arms[of.name].joint_columns]
+        if len(arms) > 1:
+            return columns
+        return [(*names, joint_position(i)) for i, names in enumerate(columns)]
 
     @cached_property
     def joint_types(self) -> list[str]:

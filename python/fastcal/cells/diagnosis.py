@@ -143,14 +143,15 @@ class CellDiagnosis(PlottedCell):
         return f"{text[0].upper()}{text[1:]}."
 
     @property
-    def rises(self) -> bool:
-        """Does a way's gap rise with what was found, on poses that were held out?"""
-        return any(each.found.judged_gap.rises for each in self.ways)
+    def status(self) -> str:
+        """converged, or what the first way says that did not: see `Diagnosis.status`."""
+        return next((each.found.status for each in self.ways if each.found.status != "converged"), "converged")
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of diagnosis.json."""
         rest = [each for each in self.ways if each.found.unexplained is not None]
         return {
+            "status": self.status,
             "verdict": self.verdict,
             "sentence": self.sentence,
             "effects": [of.to_json_dict() for of in self.effects],
@@ -191,6 +192,7 @@ def _way_json(each: WayDiagnosis) -> dict[str, Any]:
     return {
         "arms": [arm.name for arm in each.way.arms],
         "joints": each.joints,
+        "status": found.status,
         "verdict": found.verdict,
         "unexplained": None if found.unexplained is None else _unexplained(each),
         "noise": {name: of.to_json_dict() for name, of in found.noise.items()},

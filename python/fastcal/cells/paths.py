@@ -128,12 +128,11 @@ class Way:
         given["observed"] = {field: table for field, table in seen.items() if field not in fields}
         return Dataset.from_arrays(np.ascontiguousarray(readings.q[:, own]), source=readings.source, **given)
 
-    @cached_property
-    def titles(self) -> dict[str, str]:
-        """Names, without unit, of the cell's columns of positions, and what `robot` calls them."""
-        return {
-            title: joint_position(k) for k, (arm, index) in enumerate(self.joints) for title in arm.joint_columns[index]
-        }
+    def titles(self, cell: Cell) -> dict[str, str]:
+        """Names, without unit, of the columns of positions in files of the cell, and what `robot` calls them."""
+        names = {titles[0]: titles for titles in cell.joint_columns}
+        own = [names[arm.joint_columns[index][0]] for arm, index in self.joints]
+        return {title: joint_position(k) for k, titles in enumerate(own) for title in titles}
 
 
 def serial_ways(cell: Cell, views: Sequence[str]) -> list[Way]:

@@ -120,8 +120,8 @@ class SensorWay(Way):
 
     @property
     def name(self) -> str:
-        """TARGET:SENSOR."""
-        return f"{self.target.name}:{self.sensor.name}"
+        """TARGET:SENSOR, as the readings have it: TARGET alone from the world."""
+        return self.target.name if self.sensor.name == "world" else f"{self.target.name}:{self.sensor.name}"
 
     @property
     def has_pictures(self) -> bool:

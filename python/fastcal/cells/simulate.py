@@ -19,6 +19,8 @@ from fastcal.measurements.rotations import quaternions
 from fastcal.robot import se3
 from fastcal.robot.se3 import rotations_by
 
+_KINDS = ("position", "rotation", "distance")
+
 
 @dataclass(frozen=True, eq=False)
 class CellPrediction:
@@ -101,8 +103,9 @@ def simulate_cell(
     Args:
         cell: As it is, with the effects of its arms.
         postures: Where it is sent.
-        views: What is read; none: what `postures` has columns of, else all targets from the world.
-        noise: Standard deviation of each coordinate [m].
+        views: What is read, VIEW or KIND@VIEW, such as `distance@smr:tag`; none: what `postures` has columns of, else
+            all targets from the world.
+        noise: Standard deviation of each coordinate, and of a length [m].
         noise_rotation: Of the orientation about each axis [rad]; None: none is read.
         repeatability: Of each joint that turns about where it is sent [rad].
         seed: The same seed gives the same numbers.
@@ -112,10 +115,27 @@ def simulate_cell(
     turning = np.array([kind == "revolute" for kind in cell.joint_types])
     q = postures.q + repeatability * turning * random.standard_normal(postures.q.shape)
     tables = {}
-    for view in known_views(cell, views or postures.views):
+    for field, view in _asked(cell, views, postures):
         T = view_poses(cell, q, view, threads)
+        if field == "distance":
+            length = np.linalg.norm(T[:, :3, 3], axis=1, keepdims=True)
+            tables[f"distance@{view}"] = length + noise * random.standard_normal(length.shape)
+            continue
         tables[f"position@{view}"] = T[:, :3, 3] + noise * random.standard_normal((len(q), 3))
         if noise_rotation is not None:
             turned = T[:, :3, :3] @ rotations_by(noise_rotation * random.standard_normal((len(q), 3)))
             tables[f"rotation@{view}"] = quaternions(turned)
     return Readings(postures.q, tables, "simulated", postures.notes)
+
+
+def _asked(cell: Cell, views: Sequence[str], postures: Readings) -> list[tuple[str, str]]:
+    """What is read, (position or distance, view) each; a position comes with the orientation if that is read."""
+    given = [view if "@" in view else f"position@{view}" for view in views]
+    read = given or [name for name in postures.tables if "@" in name and not name.startswith("sigma")]
+    out = dict[tuple[str, str], None]()
+    for name in read or [f"position@{view}" for view in known_views(cell, ())]:
+        field, _, view = name.partition("@")
+        if field not in _KINDS:
+            raise InvalidInput(f"'{field:.60}' is no kind of reading that is simulated; expected {', '.join(_KINDS)}")
+        out["distance" if field == "distance" else "position", known_views(cell, [view])[0]] = None
+    return list(out)

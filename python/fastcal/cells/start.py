@@ -7,29 +7,36 @@ X on its frame F, every reading in which it is one of the ends gives a point or 
 are where they are. So each is placed given the others, in turn, the robust mean of what its readings say, a few rounds:
     X = F^-1 T_world_sensor S          (a target)
     X = F^-1 T_world_target S^-1       (a sensor, a whole pose)
+Where points read from the world miss the places of the file by far, each arm that stands there goes first, with one of
+its targets, where the closed form of a serial arm has both.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.alignment import align
 from fastcal.calibration.hand_eye import gross, hand_eye
 from fastcal.calibration.picture_arm import meant_by_poses
-from fastcal.cells.cell import Cell
+from fastcal.cells.cell import SIGMA_MM, Cell, Known
+from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
 from fastcal.measurements.rotations import nearest_rotation
 from fastcal.robot import se3
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot_spec import frame_spec
+from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
 _ROUNDS = 8
 _LEAST = 3  # readings that place a member
+_FAR = 20.0  # plausible errors of a place in the file, in the median, beyond which no fit starts there
 
 
 def started(cell: Cell, readings: Readings) -> tuple[Cell, Readings, list[int]]:
@@ -37,9 +44,10 @@ def started(cell: Cell, readings: Readings) -> tuple[Cell, Readings, list[int]]:
 
     With the readings that belong to it, and the rows of those that do not.
     """
-    loose = [of for of in cell.points if not of.known.fixed and of.known.sigma_mm is None]
+    cell = _aligned(cell, readings)
+    loose = [of for of in cell.points if _is_free(of.known)]
     if not any(view.partition(":")[2] for view in readings.views):
-        return cell, readings, []  # read from the world: what the file says is near enough for the fit
+        return cell, readings, []
     cell, left, wrong = _closed_form(cell, readings, {of.name for of in loose})
     readings = readings.without(wrong)
     for _ in range(_ROUNDS):
@@ -47,6 +55,62 @@ def started(cell: Cell, readings: Readings) -> tuple[Cell, Readings, list[int]]:
             if point.name in left:
                 cell = _placed(cell, readings, point.name)
     return cell, readings, sorted({row for rows in wrong.values() for row in rows})
+
+
+def _is_free(known: Known) -> bool:
+    """Does the file not say how surely it knows a place?"""
+    return not known.fixed and known.sigma_mm is None
+
+
+def _aligned(cell: Cell, readings: Readings) -> Cell:
+    """The cell with arms that stand on the world, and their targets, where points read from there put them.
+
+    Only those that points miss by more than _FAR plausible errors where the file has them. p = B T_k x of readings k,
+    T_k the flange on the arm's base: B and x of the target that was read most in closed form; another target's x is the
+    median of (B T_k)^-1 p.
+    """
+    ways: dict[str, list[tuple[Way, FloatArray]]] = {}
+    for way in serial_ways(cell, readings.views):
+        seen = readings.tables.get(f"position@{way.name}")
+        if seen is not None and _is_free(way.target.known) and _is_free(way.arms[0].known):
+            ways.setdefault(way.arms[0].name, []).append((way, seen))
+    for name, own in ways.items():
+        if not _misses_by_far(cell, readings, own):
+            continue
+        way, _ = max(own, key=lambda of: int(np.isfinite(of[1]).all(axis=1).sum()))
+        data = way.rows(cell, readings)
+        found = align(way.robot, data.select(data.measured))
+        if not found.found:
+            continue
+        base = frame_spec(np.asarray(found.T_world_base))
+        arms = tuple(replace(of, robot=of.robot.with_(base=base)) if of.name == name else of for of in cell.arms)
+        cell = _with_places(replace(cell, arms=arms), {way.name: np.asarray(found.T_flange_tool)})
+        model, samples = cell.model, readings.samples()
+        others = {}
+        for other, seen in own:
+            on = _world_poses(model, samples, other.target.on, len(readings))
+            on_it = np.einsum("nji,nj->ni", on[:, :3, :3], seen - on[:, :3, 3])
+            if other is not way and np.isfinite(on_it).any():
+                others[other.name] = se3.pose(pose(other.target.place)[:3, :3], np.nanmedian(on_it, axis=0))
+        cell = _with_places(cell, others)
+    return cell
+
+
+def _misses_by_far(cell: Cell, readings: Readings, ways: Sequence[tuple[Way, FloatArray]]) -> bool:
+    """Do points miss where the file has them by more than _FAR plausible errors, in the median?"""
+    model, samples = cell.model, readings.samples()
+    missed = [
+        np.linalg.norm(_world_poses(model, samples, way.name, len(readings))[:, :3, 3] - seen, axis=1)
+        for way, seen in ways
+    ]
+    return bool(np.nanmedian(np.concatenate(missed)) > _FAR * to_si(SIGMA_MM, "mm"))
+
+
+def _with_places(cell: Cell, places: Mapping[str, FloatArray]) -> Cell:
+    """The cell with some points elsewhere on their frames."""
+    moved = {name: frame_spec(T) for name, T in places.items()}
+    points = tuple(replace(of, place=moved[of.name]) if of.name in moved else of for of in cell.points)
+    return replace(cell, points=points)
 
 
 def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell, set[str], dict[str, list[int]]]:
@@ -72,10 +136,8 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
         if meant := meant_by_poses(A[whole], seen[whole]):
             raise InvalidInput(f"{readings.source}: poses of {target} as {sensor} saw it: {meant}")
         wrong[view] = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
-        moved = {sensor: found[0], target: found[1]}
-        points = tuple(replace(of, place=frame_spec(moved[of.name])) if of.name in moved else of for of in cell.points)
-        cell = replace(cell, points=points)
-        loose = loose - set(moved)
+        cell = _with_places(cell, {sensor: found[0], target: found[1]})
+        loose = loose - {sensor, target}
     return cell, loose, wrong
 
 
@@ -105,9 +167,7 @@ def _placed(cell: Cell, readings: Readings, name: str) -> Cell:
     every = [T for T in np.concatenate(found) if not np.isnan(T).any()] if found else []
     if len(every) < _LEAST:
         return cell
-    place = frame_spec(_mean(np.array(every), pose(point.place)))
-    points = tuple(replace(of, place=place) if of.name == name else of for of in cell.points)
-    return replace(cell, points=points)
+    return _with_places(cell, {name: _mean(np.array(every), pose(point.place))})
 
 
 def _measured_poses(readings: Readings, view: str) -> FloatArray | None:

@@ -124,7 +124,16 @@ def calibrate(
         }
         both = (corners, test_corners)
         calibrate_cell(
-            robot, data, output, test, both, mend, effects, loss, threads, only_of_arms, hand_eye or [], page_language
+            robot,
+            data,
+            output,
+            test,
+            both,
+            effects,
+            {"mend": mend, "loss": loss, "as_read": as_read, "threads": threads},
+            only_of_arms,
+            hand_eye or [],
+            page_language,
         )
         return
     _check_options(limit_mm, choose, least_squares=method == "nls" and solver == "newton" and not priors)

@@ -24,23 +24,22 @@ def calibrate_cell(
     output: Path,
     test: Path | None,
     corners: tuple[Path | None, Path | None],
-    mend: bool,
     effects: str,
-    loss: str,
-    threads: int,
+    options: Mapping[str, Any],
     given: Mapping[str, Any],
     hand_eye: list[Path],
     language: str,
 ) -> None:
     """Identifies all arms of a cell and where its members stand.
 
-    `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `given`: options of
-    `fastcal calibrate` that a cell does not take, and what they are where they were not given.
+    `output` gets model.yaml, result.json and report.html. `corners`: of `data` and of `test`. `options`: of
+    `fastcal.cells.calibrate.calibrate_cell`. `given`: those of `fastcal calibrate` that a cell does not take, and what
+    they are where they were not given.
     """
     from fastcal.cells.asked import with_effects
     from fastcal.cells.calibrate import calibrate_cell as calibrated
     from fastcal.cells.cameras import cell_hand_eyes
-    from fastcal.cli.hand_eye import check_hand_eyes, write
+    from fastcal.cli.hand_eye import check_hand_eyes, is_of_model, write
     from fastcal.effects.entries import NOTHING
     from fastcal.importers.corners import load_seen_readings
     from fastcal.io.folder import check_folder
@@ -58,9 +57,8 @@ def calibrate_cell(
     readings = load_seen_readings(_one(data), nominal, corners[0])
     other = None if test is None else load_seen_readings(test, nominal, corners[1])
     with progress() as show:
-        options: dict[str, Any] = {"mend": mend, "loss": loss, "threads": threads, "progress": show}
         arms = () if effects == NOTHING else None
-        found = calibrated(nominal, readings, test=other, effects=asked, arms=arms, **options)
+        found = calibrated(nominal, readings, test=other, effects=asked, arms=arms, progress=show, **options)
         show("writing the report")
         write_cell_calibration(found, output, language=language)
     warn([*found.notes, *([found.held] if found.held else [])])
@@ -73,7 +71,7 @@ def calibrate_cell(
     if found.test is not None:
         _say_kinds(found.test, "test: ")
     if hand_eye and found.parameters:
-        write(cell_hand_eyes(found.cell, found.parameters), found.parameters, hand_eye)
+        write(cell_hand_eyes(found.cell, found.parameters), is_of_model(found.parameters), hand_eye)
     _end(found, output)
 
 
@@ -90,14 +88,17 @@ def diagnose_cell(
     threads: int,
     language: str,
     given: Mapping[str, Any],
+    hand_eye: list[Path],
 ) -> None:
     """Finds what the arms of a cell are missing.
 
     `output` gets model.yaml, diagnosis.json, report.html and a folder with each way's own page. `corners`: of `data`
     and of `test`. `given`: as for `calibrate_cell`.
     """
+    from fastcal.cells.cameras import cell_hand_eyes
     from fastcal.cells.diagnose import diagnose_cell as diagnosed
     from fastcal.cells.sensor_ways import seen_ways
+    from fastcal.cli.hand_eye import check_hand_eyes, write
     from fastcal.importers.corners import load_seen_readings
     from fastcal.io.folder import check_folder
     from fastcal.io.tree_file import load_cell
@@ -106,7 +107,10 @@ def diagnose_cell(
 
     check_folder(output, DIAGNOSIS_FILES)
     refuse(given)
+    check_hand_eyes(hand_eye)
     nominal = load_cell(cell)
+    if hand_eye:
+        cell_hand_eyes(nominal)  # says so where there is no sensor
     readings = load_seen_readings(_one(data), nominal, corners[0])
     ways = seen_ways(nominal, readings)
     rows = way_datasets(_one(data), nominal, ways, readings)
@@ -129,6 +133,10 @@ def diagnose_cell(
         )
         show("writing the report")
         write_cell_diagnosis(found, output, language=language)
+    if hand_eye:
+        arms = zip(found.cell.arms, nominal.arms, strict=True)
+        of_model = any(now.robot.spec["joints"] != before.robot.spec["joints"] for now, before in arms)
+        write(cell_hand_eyes(found.cell), of_model, hand_eye)
     warn([*readings.notes, *found.notes])
     say(f"{nominal.name}: {found.verdict.replace('_', ' ')}")
     say(found.sentence)
@@ -143,7 +151,7 @@ def diagnose_cell(
         say(line)
     say(str(output / "report.html"))
     emit(found.to_json_dict())
-    if found.rises:
+    if found.status != "converged":
         raise typer.Exit(NOT_CONVERGED)
 
 

@@ -80,10 +80,11 @@ def _ur_kinematics(spec: dict[str, Any], output: Path, drop_effects: bool, like:
     from fastcal.errors import InvalidInput
     from fastcal.io.atomic import write_text
     from fastcal.io.ur_files import check_six_joints, own_joint_origins, ur_hash, ur_kinematics_text
+    from fastcal.io.urdf_file import what_moves_the_tool
     from fastcal.io.urdf_in_place import first_mount
     from fastcal.io.yaml_file import read_yaml
 
-    lost = [key for key in ("effects", "compensator", "correction") if spec.get(key)]
+    lost = what_moves_the_tool(spec)
     if lost and not drop_effects:
         raise InvalidInput(
             f"{output}: a kinematics file has no place for {', '.join(lost)}; write a robot file, or --drop-effects"
@@ -98,7 +99,7 @@ def _ur_kinematics(spec: dict[str, Any], output: Path, drop_effects: bool, like:
         origins = ur_origins(found.spec)
     named = ur_hash(like, read_yaml(like)) if like is not None else spec.get("source", {}).get("ur_hash")
     write_text(output, ur_kinematics_text(origins, named or "fastcal"))
-    notes = [f"{', '.join(lost)} was dropped"] if lost else []
+    notes = [f"{name} was dropped" for name in lost]
     if not named:
         notes.append(
             "the file has no controller's hash, which ur_robot_driver compares; --ur-calibration FILE keeps one"

@@ -14,6 +14,7 @@ from fastcal.cli.options import (
     AsRead,
     Corners,
     DataFiles,
+    HandEyes,
     Mend,
     OutFolder,
     PageLanguage,
@@ -43,6 +44,7 @@ def diagnose(
     corners: Corners = None,
     test_corners: TestCorners = None,
     mend: Mend = False,
+    hand_eye: HandEyes = None,
     as_read: AsRead = False,
     threads: Threads = 1,
     tracker: Tracker | None = None,
@@ -55,11 +57,13 @@ def diagnose(
     """
     from fastcal import diagnosis
     from fastcal.cli.cells import diagnose_cell, not_given
+    from fastcal.cli.hand_eye import check_hand_eyes, write
     from fastcal.importers.corners import load_seen
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tree_file import is_cell
     from fastcal.report.diagnosis_report import FILES, write_diagnosis
+    from fastcal.robot.hand_eye import hand_eyes
     from fastcal.robot.made_by import made_by
     from fastcal.units import to_si
 
@@ -68,10 +72,11 @@ def diagnose(
         only_of_arms: dict[str, tuple[Any, Any]] = {"--tracker": (tracker, None), **not_given(who)}
         seen = (corners, test_corners)
         options = (exclude or [], sigma, as_read, mend, threads, page_language, only_of_arms)
-        diagnose_cell(robot, data, output, test, seen, *options)
+        diagnose_cell(robot, data, output, test, seen, *options, hand_eye or [])
         return
     check_folder(output, FILES)
     nominal = load_robot(robot)
+    check_hand_eyes(hand_eye or [], nominal)
     measured = seen_by(tracker, load_seen(data, nominal, corners))
     origin = made_by(nominal, measured, who)
     other = None if test is None else load_seen([test], nominal, test_corners)
@@ -89,9 +94,11 @@ def diagnose(
         )
         show("writing the report")
         write_diagnosis(found, output, made_by=origin, language=page_language)
+    if hand_eye:
+        write(hand_eyes(found.model.description), found.model.spec["joints"] != nominal.spec["joints"], hand_eye)
     warn(found.notes)
     say_diagnosis(found, output)
-    if found.judged_gap.rises:
+    if found.status != "converged":
         raise typer.Exit(NOT_CONVERGED)
 
 

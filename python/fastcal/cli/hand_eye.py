@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""`--hand-eye FILE` of `fastcal calibrate`: where a camera is on its arm, in the files that other programs load."""
+"""`--hand-eye FILE` of `calibrate` and `diagnose`: where a camera is on its arm, in files that other programs load."""
 
 from __future__ import annotations
 
@@ -34,17 +34,22 @@ def write_hand_eyes(result: CalibrationResult, paths: Sequence[Path]) -> None:
     from fastcal.robot.hand_eye import hand_eyes
 
     if paths and result.parameters:
-        write(hand_eyes(result.model.description), result.parameters, paths)
+        write(hand_eyes(result.model.description), is_of_model(result.parameters), paths)
 
 
-def write(found: Sequence[HandEye], parameters: Sequence[IdentifiedParameter], paths: Sequence[Path]) -> None:
-    """The cameras into each file, which together are there or not; `parameters`: all that was identified with them."""
-    from fastcal.io.atomic import atomic_paths
-    from fastcal.io.hand_eye_file import hand_eye_texts
+def is_of_model(parameters: Sequence[IdentifiedParameter]) -> bool:
+    """Was an arm identified too?"""
     from fastcal.place import place_of
 
-    is_of_model = any(place_of(p.owner).kind == "joint" for p in parameters)
-    found = [replace(of, of_model=is_of_model) for of in found]
+    return any(place_of(p.owner).kind == "joint" for p in parameters)
+
+
+def write(found: Sequence[HandEye], of_model: bool, paths: Sequence[Path]) -> None:
+    """The cameras into each file, which together are there or not; `of_model`: was an arm identified with them?"""
+    from fastcal.io.atomic import atomic_paths
+    from fastcal.io.hand_eye_file import hand_eye_texts
+
+    found = [replace(of, of_model=of_model) for of in found]
     texts = {path: text for given in paths for path, text in hand_eye_texts(found, given).items()}
     with atomic_paths(list(texts)) as temporaries:
         for temporary, text in zip(temporaries, texts.values(), strict=True):

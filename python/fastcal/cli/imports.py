@@ -73,9 +73,10 @@ def import_(
     from fastcal.importers.robot_calibration import read_calibration_data
     from fastcal.io.atomic import write_text
     from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell, load_cell
 
     mapping: Mapping | None = None if map_ is None else read_map(map_)
-    arm = None if robot is None else load_robot(robot)
+    arm = None if robot is None else load_cell(robot).only_arm if is_cell(robot) else load_robot(robot)
     if print_map:
         text = map_text([*exports, *([joints] if joints else [])], mapping, sheet, encoding)
         if output is None:

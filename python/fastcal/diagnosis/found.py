@@ -172,6 +172,7 @@ class Found:
             plain=self.written.words if self.written.is_plain else None,
             notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
             misfits=misfits,
+            converged=self.fit.converged,
         )
         rows_left_out = [said("{count} rows that nothing explains were left out", count=len(outliers))] if runs else []
         return replace(found, sentence=sentence_of(found, [*rows_left_out, *doubts]))

@@ -191,6 +191,7 @@ class Diagnosis(Plotted):
         search: Every set that was fitted; `state` is the one that is given, `final` the same beside joint profiles.
         plan: What to measure next, where a name has equivalents.
         plain: Which plain model is written, and why, where it predicts held-out rows better than what was found.
+        converged: Did the fit of the model that is written?
     """
 
     verdict: str
@@ -214,6 +215,14 @@ class Diagnosis(Plotted):
     plain: str | None = None
     notes: list[str] = field(default_factory=list)
     misfits: list[KindMisfit] = field(default_factory=list)
+    converged: bool = True
+
+    @property
+    def status(self) -> str:
+        """converged, not_converged, or predicts_worse: other poses' error rises with what was found."""
+        if not self.converged:
+            return "not_converged"
+        return "predicts_worse" if self.judged_gap.rises else "converged"
 
     @property
     def sigma_mm(self) -> float | None:
@@ -266,6 +275,7 @@ class Diagnosis(Plotted):
         """The content of diagnosis.json."""
         remaining = self.unexplained
         return {
+            "status": self.status,
             "verdict": self.verdict,
             "sentence": self.sentence,
             "effects": [f.to_json_dict() for f in self.effects],

@@ -20,6 +20,7 @@ from fastcal.errors import InvalidInput
 from fastcal.ik.driven_joints import solve_driven
 from fastcal.ik.posture import configurations
 from fastcal.ik.same_configuration import in_its_configuration
+from fastcal.measurements.conditions import real_array
 from fastcal.robot.robot import Robot
 from fastcal.robot.se3 import rotations_by
 from fastcal.units import from_si
@@ -123,7 +124,7 @@ def inverse_kinematics(
     Raises:
         InvalidInput: A shape does not fit, a number is invalid, or an arm without configurations is to keep one.
     """
-    T = np.ascontiguousarray(targets, dtype=float)
+    T = np.ascontiguousarray(real_array("targets", targets))
     T = T[np.newaxis] if T.shape == (4, 4) else T
     if T.ndim != 3 or T.shape[1:] != (4, 4):
         raise InvalidInput(f"targets must have shape (N, 4, 4), got {np.shape(targets)}")
@@ -147,7 +148,7 @@ def checked_limits(model: Robot, limits: ArrayLike | None) -> FloatArray:
     Raises:
         InvalidInput: A shape that does not fit the arm, or a number that is none.
     """
-    box = model.limits if limits is None else np.asarray(limits, dtype=float)
+    box = model.limits if limits is None else real_array("limits", limits)
     if box.shape != (model.joint_count, 2) or np.isnan(box).any():
         raise InvalidInput(f"limits must be numbers of shape ({model.joint_count}, 2), got {box.shape}")
     return box
@@ -240,7 +241,7 @@ def _seeds(model: Robot, seed: ArrayLike | None, box: FloatArray, count: int) ->
     if seed is None:
         low, high = np.where(np.isfinite(box), box, 0.0).T
         seed = np.clip((low + high) / 2, box[:, 0], box[:, 1])
-    q = np.asarray(seed, dtype=float)
+    q = real_array("seed", seed)
     if q.shape not in ((model.joint_count,), (count, model.joint_count)):
         n = model.joint_count
         raise InvalidInput(f"seed must have shape ({n},) or ({count}, {n}), got {q.shape}")

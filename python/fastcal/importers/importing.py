@@ -77,7 +77,8 @@ def import_measurements(
     poses = None if joints is None else stacked(asked(joints, wanted="joints"))
     _check_map(mapping, [*readings, *([poses] if poses else [])])
     found = _complete(readings, poses, robot)
-    return replace(found, notes=[*found.notes, *unknown_note(found.unknown, found.path)])
+    notes = [*found.notes, *unknown_note(found.unknown, found.path)]
+    return replace(found, notes=notes, target=mapping.target)
 
 
 def _complete(readings: list[Reading], poses: Reading | None, robot: Robot | None) -> Reading:

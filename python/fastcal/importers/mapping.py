@@ -26,6 +26,10 @@ _PART = re.compile(rf"([xyz]|r[xyz])_({_UNITS})|(q[wxyz]|r[123][123])")
 _OWN = re.compile(
     r"(payload|sigma|sigma_[xyz]|sigma_rot|temperature|time|f[xyz]|m[xyz]|current\d+|distance|tilt_[xy]|sigma_tilt)_\S+"
 )
+# What is read of a target that a cell's file names passes through as it is.
+_OF_A_TARGET = re.compile(
+    rf"(([xyz]|r[xyz]|distance|sigma|sigma_rot)_({_UNITS})|q[wxyz])@[a-z][a-z0-9_-]*(:[a-z][a-z0-9_-]*)?", re.IGNORECASE
+)
 _LABELS = ("name", "station", "mount", "plane", "anchor")
 
 
@@ -49,6 +53,16 @@ class Mapping:
     sheet: str | None = None
     skip_rows: int = 0
     encoding: str | None = None
+
+    @property
+    def target(self) -> str:
+        """TARGET or TARGET:SENSOR of the first columns of a target: these are its points, those of others are beside.
+
+        Empty where the map names no target, or points of the tool as well.
+        """
+        named = (ours.partition("@") for ours in self.columns)
+        of = [view for quantity, at, view in named if at or _PART.fullmatch(quantity)]
+        return next((view for view in of if view), "") if all(of) else ""
 
     def places(self, export: Export) -> dict[str, int]:
         """Where an export has the columns of the map.
@@ -85,8 +99,9 @@ class Mapping:
             for title in export.meanings
         ]
         for ours, place in places.items():
-            meanings[place] = _title(ours)
-        orientation = self.orientation or ("rpy" if any(_PART.fullmatch(k) and k[0] == "r" for k in places) else None)
+            meanings[place] = _title(self._own(ours))
+        angles = any(_PART.fullmatch(self._own(ours)) and ours[0] == "r" for ours in places)
+        orientation = self.orientation or ("rpy" if angles else None)
         if only_labels:
             return replace(export, meanings=meanings, mapped=frozenset(places))
         return replace(
@@ -97,6 +112,11 @@ class Mapping:
             mapped=frozenset(places),
             controller=False,
         )
+
+    def _own(self, ours: str) -> str:
+        """A column of `target` by what it is of the tool."""
+        quantity, at, view = ours.partition("@")
+        return quantity if at and view == self.target else ours
 
 
 def _title(ours: str) -> Title:
@@ -122,11 +142,13 @@ def read_map(path: str | os.PathLike[str]) -> Mapping:
     if not isinstance(given, dict):
         raise ParseError(f"columns: expected our columns and the export's, {{q1_deg: J1, x_m: 8}}, got {given!r}", name)
     for ours, theirs in given.items():
-        key = str(ours).strip().lower()
-        if not (_JOINT.fullmatch(key) or _PART.fullmatch(key) or _OWN.fullmatch(key) or key in _LABELS):
+        key, at, target = str(ours).strip().partition("@")
+        key = key.lower() + at + target
+        known = (form.fullmatch(key) for form in (_JOINT, _PART, _OWN, _OF_A_TARGET))
+        if not (any(known) or key in _LABELS):
             raise ParseError(
                 f"columns.{ours}: expected a column of a measurement file with its unit, such as q1_deg, x_mm, rx_rad, "
-                "qw or r11",
+                "qw or r11, or x_mm@TARGET",
                 name,
             )
         if isinstance(theirs, bool) or not isinstance(theirs, str | int):

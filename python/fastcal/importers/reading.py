@@ -48,6 +48,7 @@ class Reading:
         unknown: Titles of columns that say nothing that is known, and are not taken.
         sheet: Of a workbook.
         notes: What a reader should know.
+        target: Of a cell, of which the measured columns are; empty: the tool.
     """
 
     dialect: str
@@ -65,6 +66,7 @@ class Reading:
     unknown: list[str] = field(default_factory=list)
     sheet: str | None = None
     notes: list[str] = field(default_factory=list)
+    target: str = ""
 
     def __len__(self) -> int:
         return len(self.lines)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.robot.pendant import Pendant
 from fastcal.units import unit_names
 
+_MEASURED = re.compile(r"(x|y|z|rx|ry|rz|sigma|sigma_rot)_[^@]*$|q[wxyz]$")  # of a target
 _LATEST = 1e12  # [s] 30,000 years: what is beyond tells no time
 
 
@@ -54,6 +56,8 @@ def table_of(reading: Reading) -> Table:
     order = ("q", "x_", "y_", "z_", "qw", "qx", "qy", "qz", "rx", "ry", "rz")
 
     def rank(name: str) -> tuple[int, int]:
+        if "@" in name:  # of another target, as the map has them
+            return 3, 0
         if name[0] in "qj" and name[1].isdigit():
             return int("_read_" in name), int("".join(filter(str.isdigit, name.split("_")[0])))
         return 2, next((k for k, start in enumerate(order[1:]) if name.startswith(start)), len(order))
@@ -96,7 +100,8 @@ def write_imported(path: str | os.PathLike[str], reading: Reading, robot: RobotF
     """
     imported_dataset(reading, robot)
     table = table_of(reading)
-    write_csv(path, {name: list(map(_plain, column)) for name, column in zip(table.names, table.columns, strict=True)})
+    names = [f"{name}@{reading.target}" if reading.target and _MEASURED.match(name) else name for name in table.names]
+    write_csv(path, {name: list(map(_plain, column)) for name, column in zip(names, table.columns, strict=True)})
     return len(reading)
 
 

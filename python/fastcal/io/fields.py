@@ -47,6 +47,7 @@ class Fields:
 
     def has(self, key: str) -> bool:
         """Whether the key was given and is not yet taken."""
+        self._known.append(key)
         return key in self._left
 
     def take(self, key: str, default: Any = REQUIRED) -> Any:
@@ -138,6 +139,28 @@ class Fields:
         if key is None:
             return list(self.take(f"{name}_{unit}", default))
         return [_converted(x, given, unit) for x in self.checked_vector(key, self._left.pop(key), size)]
+
+    def positive(self, name: str, unit: str) -> float | None:
+        """The number above 0 under `name`_UNIT (UNIT alone where the name is empty), in `unit`; None: not given.
+
+        A key of this name in a unit of another kind is another quantity: sigma_deg beside sigma_mm.
+        """
+        keys = {f"{name}_{u}".lstrip("_"): u for u in units.unit_names(units.UNITS[unit].kind)}
+        self._known.append(f"{name}_{unit}".lstrip("_"))
+        given = [key for key in keys if key in self._left]
+        if len(given) > 1:
+            self.refuse("", f"{' and '.join(given)} give the same value twice")
+        if not given:
+            return None
+        value = self.number(given[0])
+        if not value > 0:
+            self.fail(given[0], f"a {'standard deviation' if name == 'sigma' else 'number'} above 0", value)
+        return _converted(value, keys[given[0]], unit)
+
+    def sigmas(self) -> dict[str, float]:
+        """sigma_mm and sigma_deg, the standard deviations of a placement: those of them that are given."""
+        found = {f"sigma_{unit}": self.positive("sigma", unit) for unit in ("mm", "deg")}
+        return {key: value for key, value in found.items() if value is not None}
 
     def has_quantity(self, name: str, unit: str) -> bool:
         """Whether `name` was given in whatever unit; a wrong or missing unit is refused here."""

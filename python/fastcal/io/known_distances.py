@@ -11,10 +11,10 @@ from fastcal.io.fields import Fields
 
 def check_known_distance(fields: Fields) -> dict[str, Any]:
     """One of them in its canonical form."""
-    out: dict[str, Any] = {"from": fields.text("from"), "to": fields.text("to"), "mm": fields.number("mm")}
-    out["sigma_mm"] = fields.number("sigma_mm", 0.01)
-    for key in ("mm", "sigma_mm"):
-        if not out[key] > 0:
-            fields.fail(key, "a number above 0", out[key])
+    ends = {"from": fields.text("from"), "to": fields.text("to")}
+    length = fields.positive("", "mm")
+    if length is None:
+        length = fields.number("mm")
+    sigma = fields.positive("sigma", "mm")
     fields.done()
-    return out
+    return {**ends, "mm": length, "sigma_mm": 0.01 if sigma is None else sigma}

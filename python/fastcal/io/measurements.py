@@ -159,7 +159,10 @@ def dataset_from_table(
     except BadRow as bad:
         raise columns.wrong(bad) from None
     if require_measured and not data.measured.any():
-        raise table.error(f"holds nothing measured; expected numbers in {expected_columns()}")
+        targets = list(dict.fromkeys(name.partition("@")[2].partition(":")[0] for name in table.names if "@" in name))
+        listed = ", ".join(f"{target:.60}: {{on: arm}}" for target in targets[:9])
+        hint = f"; targets that columns name stand in the robot's file: `targets: {{{listed}}}`" if targets else ""
+        raise table.error(f"holds nothing measured; expected numbers in {expected_columns()}{hint}")
     # Last, as the decimal mark is for the known columns to say.
     extra, extra_labels = unknown_columns(table, unknown)
     foreign = [table.names[place] for place in unknown if table.names[place] not in OWN_COLUMNS]

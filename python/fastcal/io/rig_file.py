@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Cell files of one arm, its cameras and boards: see docs/cells.md."""
+"""Cell files of one arm, its cameras and boards, closed loops: see docs/cells.md."""
 
 from __future__ import annotations
 
@@ -19,18 +19,22 @@ from fastcal.robot.robot_spec import frame_spec
 Spec = dict[str, Any]
 
 
+OF_CELLS = ("targets", "sensors")  # keys of cells that no robot alone has; known_distances of sockets it may have
+TAKE_CELLS = "calibrate, evaluate, diagnose, check, update, compare, predict, simulate, design and place"
+
+
 def is_cell(value: Any) -> bool:
     """Does a file name arms instead of being one?"""
     return isinstance(value, dict) and "arms" in value
 
 
 def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
-    """The robot file that a cell of one arm stands for: the arm's, on its base, with the cell's cameras and boards.
+    """The robot file that a cell of one arm stands for: the arm's, on its base, with the cell's cameras, boards, loops.
 
     Args:
         value: What the cell file holds.
         path: Of it; the arm's file is named relative to it.
-        read_arm: Reads an arm's file: path, base_link, tip_link.
+        read_arm: Reads an arm's file: path, base_link, tip_link, loops.
 
     Raises:
         ParseError: One sentence that names the file, the key, what was expected and what came.
@@ -39,10 +43,7 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     name = top.text("cell", path.stem)
     arms = top.inner("arms").rest()
     if len(arms) != 1:
-        taken = (
-            "calibrate, evaluate, diagnose, check, update, compare, predict, simulate, design and place take several"
-        )
-        top.refuse("arms", f"expected one arm, got {len(arms)}; {taken}")
+        top.refuse("arms", f"expected one arm, got {len(arms)}; {TAKE_CELLS} take several")
     (arm, given), *_ = arms.items()
     fields = Fields({"robot": given} if isinstance(given, str) else given, f"arms.{arm}", path)
     source = fields.text("robot")
@@ -56,9 +57,20 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     if source == POSE:
         spec = read_arm({**pose_arm(str(arm)), "of_poses": True})
     else:
-        spec = read_arm(os.fspath(beside) if is_there(beside) else source, **links)
+        loops = _loops(top, str(arm))
+        spec = read_arm(os.fspath(beside) if is_there(beside) else source, **links, loops=loops)
     spec["base"] = frame_spec(T @ pose(spec["base"]))
     spec |= check_arm_rig(top, len(spec["joints"]), str(arm))
     spec["cell"] = {"name": name, "arm": str(arm)}
     top.done()
     return spec
+
+
+def _loops(top: Fields, arm: str) -> list[Spec]:
+    """`loops` of a cell as the arm's robot file would have them: its links without its name."""
+    out = []
+    for fields in top.entries("loops", 0, 1000):
+        loop = fields.rest()
+        ends = {key: str(loop[key]).removeprefix(f"{arm}.") for key in ("from", "to") if key in loop}
+        out.append(loop | ends)
+    return out

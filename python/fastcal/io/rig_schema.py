@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal.errors import InvalidInput
 from fastcal.io.fields import Fields
 from fastcal.io.hand_eye_read import read_hand_eye
 from fastcal.io.lens_file import read_lens, read_target
+from fastcal.io.urdf_links import UrdfLinks
 from fastcal.robot.robot_spec import frame_spec
 
 Spec = dict[str, Any]
@@ -88,11 +90,7 @@ def _placement(fields: Fields, frame: Callable[[Fields, str], str]) -> Spec:
     fixed = fields.truth("fixed", False)
     if fixed:
         out["fixed"] = True
-    for name, unit in (("sigma", "mm"), ("sigma", "deg")):
-        if (sigma := fields.optional(f"{name}_{unit}")) is not None:
-            out[f"{name}_{unit}"] = fields.checked_number(f"{name}_{unit}", sigma)
-            if not out[f"{name}_{unit}"] > 0:
-                fields.fail(f"{name}_{unit}", "a standard deviation above 0", sigma)
+    out |= fields.sigmas()
     if fields.has("knocked"):
         out["knocked"] = _knocked(fields.inner("knocked"))
     if (std := fields.optional("identified")) is not None:
@@ -110,14 +108,33 @@ def _knocked(fields: Fields) -> Spec:
 
 
 def check_arm_rig(top: Fields, joint_count: int, arm: str = ARM) -> Spec:
-    """`check_rig` of the only arm; `arm` as `on` names it."""
+    """`check_rig` of the only arm; `arm` as `on` names it. Links of a URDF stay as they are named, ARM/LINK."""
     return check_rig(top, partial(_frame_of_arm, joint_count=joint_count, arm=arm))
 
 
+def on_links(rig: Spec, links: UrdfLinks | None, top: Fields) -> Spec:
+    """Cameras and boards that stand on links of a URDF, ARM/LINK, on the frames of the arm that carry these."""
+    for key in ("cameras", "boards"):
+        for name, entry in rig.get(key, {}).items():
+            link = entry["on"].partition("/")[2]
+            if not link:
+                continue
+            if links is None:
+                top.refuse(f"{key}.{name}.on", f"the arm is of no URDF and has no link '{link:.60}'")
+            try:
+                on, place = links.placed(link, entry)
+            except InvalidInput as error:
+                top.refuse(f"{key}.{name}.on", str(error))
+            rig[key][name] = entry | place | {"on": on}
+    return rig
+
+
 def _frame_of_arm(fields: Fields, on: str, *, joint_count: int, arm: str) -> str:
-    """world, arm (its flange), arm.base or arm.linkN; kept with ARM as the arm's name."""
+    """world, arm (its flange), arm.base, arm.linkN or arm/LINK of a URDF; kept with ARM as the arm's name."""
     if on == "world":
         return on
+    if on.startswith(f"{arm}/"):
+        return ARM + on.removeprefix(arm)
     name, _, part = on.partition(".")
     if name == arm and part in ("", "base", *(f"link{k}" for k in range(1, joint_count + 1))):
         return ARM + (f".{part}" if part else "")
@@ -216,8 +233,8 @@ def _board(fields: Fields) -> Spec:
         out[f"{length}_mm"] = fields.quantity(length, "mm")
         if not out[f"{length}_mm"] > 0:
             fields.fail(f"{length}_mm", "a length above 0", out[f"{length}_mm"])
-    if (bend := fields.optional("bend_mm")) is not None:
-        out["bend_mm"] = fields.checked_vector("bend_mm", bend, 3)
+    if fields.has_quantity("bend", "mm"):
+        out["bend_mm"] = fields.quantities("bend", "mm", 3)
     if kind in ("charuco", "april_grid"):
         out["dictionary"] = fields.text("dictionary", "5X5_250" if kind == "charuco" else "36h11")
     if kind == "charuco":

@@ -7,7 +7,7 @@ from __future__ import annotations
 import copy
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,11 @@ from fastcal.io.loop_lists import closing_frame, is_loop_list
 from fastcal.io.mechanism_file import ENDINGS as MECHANISMS
 from fastcal.io.mechanism_file import read_mechanism, with_lists, with_loops
 from fastcal.io.regular_file import is_folder, is_there
-from fastcal.io.rig_file import cell_spec, is_cell
+from fastcal.io.rig_file import OF_CELLS, TAKE_CELLS, cell_spec, is_cell
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.robot_source import RobotSource
 from fastcal.io.ur_files import is_ur_kinematics, ur_spec
-from fastcal.io.urdf_file import ENDINGS, read_urdf, urdf_text, what_urdf_loses
+from fastcal.io.urdf_file import ENDINGS, read_urdf, urdf_text, what_moves_the_tool, what_urdf_loses
 from fastcal.io.urdf_in_place import in_place, is_from_urdf
 from fastcal.io.xml_text import read_xml, xml_bytes
 from fastcal.io.yaml_file import read_text, read_yaml
@@ -66,6 +66,7 @@ def read_spec(
     base_link: str = "",
     tip_link: str = "",
     xacro: Mapping[str, str] | None = None,
+    loops: Sequence[Any] = (),
 ) -> Spec:
     """The canonical spec of a robot file or a shipped arm: every key in its place, defaults filled in, mm and degrees.
 
@@ -74,6 +75,7 @@ def read_spec(
         base_link: Where the arm in a URDF begins; empty: its root.
         tip_link: Where it ends; empty: where it can end in one way only.
         xacro: Values of the arguments of a xacro file, by name; given, if only as {}, a robot file may name a xacro.
+        loops: Closed loops beside those of a robot file, as its key `loops` has them.
 
     Raises:
         ParseError: One sentence that names the file, the key, what was expected and what came.
@@ -93,10 +95,25 @@ def read_spec(
                 path,
             )
         if path.suffix.lower() in (*ENDINGS, *MECHANISMS):
+            if loops:
+                raise ParseError("its loops go into a robot file (kinematics: urdf, urdf: FILE) with its motors", path)
             return check_spec(_described(path, base_link, tip_link, xacro), path)
         value = read_yaml(path)
     if is_cell(value) and not links:
         value = cell_spec(value, path, read_spec)
+    elif isinstance(value, dict) and (own := [key for key in OF_CELLS if key in value]):
+        raise ParseError(f"{own[0]}: makes the file a cell, which {TAKE_CELLS} take", path)
+    if loops and isinstance(value, dict):
+        value["loops"] = [*(value.get("loops") or []), *loops]
+    return _of_content(value, path, links, xacro)
+
+
+def spec_of(content: Mapping[str, Any], path: str | os.PathLike[str]) -> Spec:
+    """`read_spec` of the content of a robot file, or of a part of the one at `path`: what it names lies beside that."""
+    return _of_content(copy.deepcopy(dict(content)), Path(path), {}, None)
+
+
+def _of_content(value: Any, path: Path, links: dict[str, str], xacro: Mapping[str, str] | None) -> Spec:
     value = _with_parts(value, path, links, xacro)
     if isinstance(value, dict):
         value.setdefault("name", path.stem)
@@ -196,7 +213,7 @@ def write_spec(
         drop_effects: Write a .urdf though it can't hold the effects of the spec.
 
     Returns:
-        The keys of the spec for which the file has no place (.urdf only).
+        The keys of the spec, and the names of its effects, for which the file has no place (.urdf only).
 
     Raises:
         InvalidInput: The file cannot be written, or it can't hold what moves the tool.
@@ -209,10 +226,10 @@ def write_spec(
     if has_branches(spec):
         raise InvalidInput(f"{path}: a URDF has no place for branches and closed loops; write a .yaml file")
     lost = what_urdf_loses(spec)
-    moving = [key for key in lost if key in ("compensator", "effects", "correction")]
-    if moving and not drop_effects:
+    if (moving := what_moves_the_tool(spec)) and not drop_effects:
         raise InvalidInput(
-            f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file or drop the effects"
+            f"{path}: a URDF has no place for {', '.join(moving)}; write a .yaml file, or allow them to be dropped "
+            "(--drop-effects)"
         )
     write_bytes(path, xml_bytes(in_place(spec) if is_from_urdf(spec) else urdf_text(spec)))
     return lost

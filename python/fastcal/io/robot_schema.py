@@ -17,8 +17,9 @@ from fastcal.io.fields import REQUIRED, Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.loop_schema import check_branch, check_loops, check_order
 from fastcal.io.pendant_schema import check_pendant
-from fastcal.io.rig_schema import check_arm_rig, check_cell_names
+from fastcal.io.rig_schema import ARM, check_arm_rig, check_cell_names, on_links
 from fastcal.io.structure_schema import check_structure
+from fastcal.io.urdf_links import links_of
 
 Spec = dict[str, Any]
 KINDS = ("dh", "mdh", "poe", "urdf")
@@ -81,7 +82,7 @@ def check_spec(value: Any, path: str | os.PathLike[str] = "robot") -> Spec:
         spec["of_poses"] = True
     spec |= _additions(top, kind, spec["joints"])
     top.done()
-    return spec
+    return on_links(spec, links_of(ARM, spec), top)
 
 
 def _additions(top: Fields, kind: str, joints: list[Spec]) -> Spec:

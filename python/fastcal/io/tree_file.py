@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Cell files in and out: YAML of arms, targets, sensors, cameras and boards, each with what it stands on."""
+"""Cell files in and out: YAML of arms, targets, sensors, cameras and boards, each with what it stands on.
+
+A robot file with targets or sensors of its own is a cell of that one arm.
+"""
 
 from __future__ import annotations
 
@@ -21,30 +24,54 @@ from fastcal.io.calibration_schema import check_calibration
 from fastcal.io.fields import Fields
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.regular_file import is_file
-from fastcal.io.rig_schema import check_rig
-from fastcal.io.robot_file import read_spec
+from fastcal.io.rig_file import OF_CELLS
+from fastcal.io.rig_schema import ARM, check_rig
+from fastcal.io.robot_file import read_spec, spec_of
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf_tree
+from fastcal.io.urdf_links import UrdfLinks, links_of
+from fastcal.io.xml_text import read_xml
 from fastcal.io.yaml_file import read_text, read_yaml
 from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.robot import Robot
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
+_MAY_BE_A_CELL = re.compile(rf"^['\"]?(arms|{'|'.join(OF_CELLS)})['\"]?:", re.MULTILINE)
 
 
 def is_cell(source: str | os.PathLike[str]) -> bool:
-    """Is it a YAML file of arms? One arm with cameras and nothing else is read as a robot with what it carries."""
+    """Is it a YAML file of arms, or of one arm and what is read of it or reads?
+
+    One arm with cameras or loops and nothing else is read as a robot that has them.
+    """
     path = Path(source)
     if path.suffix.lower() not in (".yaml", ".yml") or not is_file(path):
         return False
-    if not re.search(r"^['\"]?arms['\"]?:", read_text(path), re.MULTILINE):
+    if not _MAY_BE_A_CELL.search(read_text(path)):
         return False
     content = read_yaml(path)
-    if not isinstance(content, dict) or "cameras" not in content:
-        return True
-    arms = content.get("arms")
+    if not isinstance(content, dict) or "arms" not in content:
+        return isinstance(content, dict) and not content.keys().isdisjoint(OF_CELLS)
+    arms = content["arms"]
     several = isinstance(arms, dict) and len(arms) > 1
-    return several or not content.keys().isdisjoint(("targets", "sensors", "known_distances"))
+    is_carried = not content.keys().isdisjoint(("cameras", "loops"))
+    return several or not is_carried or not content.keys().isdisjoint((*OF_CELLS, "known_distances"))
+
+
+def _content(path: str | os.PathLike[str]) -> Any:
+    """What a cell file holds; of a robot file, the cell of the arm ARM, which keeps all that is its own."""
+    content = read_yaml(path)
+    if not isinstance(content, dict) or "arms" in content:
+        return content
+    there = {key: content[key] for key in (*OF_CELLS, "known_distances", "cameras", "boards") if key in content}
+    targets, tool = there.get("targets") or {}, content.get("tool") or {}
+    if isinstance(targets, dict) and isinstance(tool, dict) and tool:
+        there["targets"] = {"tool": {"on": ARM, **tool}, **targets}  # of columns without a name
+    own = {key: value for key, value in content.items() if key not in (*there, "base", "tool")}
+    base = content.get("base") or {}
+    place = base if isinstance(base, dict) else {"base": base}  # refused by its key
+    name = str(content.get("name", Path(path).stem))
+    return {"cell": name, "arms": {ARM: {"robot": own, **place}}, **there}
 
 
 @dataclass
@@ -62,10 +89,11 @@ class _Entry:
 
 @dataclass
 class _Chain:
-    """An arm as one chain; the names of arms that end in it."""
+    """An arm as one chain; the names of arms that end in it; the links of its URDF, if it is of one."""
 
     arm: Arm
     ends: list[str] = field(default_factory=list)
+    links: UrdfLinks | None = None
 
 
 def load_cell(path: str | os.PathLike[str]) -> Cell:
@@ -77,7 +105,7 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     Raises:
         ParseError: One sentence that names the file, the key, what was expected and what came.
     """
-    top = Fields(read_yaml(path), "", path)
+    top = Fields(_content(path), "", path)
     name = top.text("cell", Path(path).stem)
     entries = [_entry(key, fields) for key, fields in _members(top, "arms")]
     if not entries:
@@ -87,6 +115,8 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     rig = _rig(top)
     records = top.inner("calibrations", {}).rest()
     record = check_calibration(top.inner("calibration"), []) if top.has("calibration") else None
+    if top.has("loops"):
+        top.refuse("loops", "only the arm of a cell of one arm, without targets and sensors, may have closed loops")
     top.done()
     names = [*(entry.name for entry in entries), *(point.name for point in points), *rig["cameras"], *rig["boards"]]
     for twice in sorted({each for each in names if names.count(each) > 1}):
@@ -96,13 +126,26 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
         chain.arm.name: chain.arm.flange for chain in chains
     }
 
-    def stands_on(on: str) -> str:
-        return flanges.get(on, on)
+    links = {end: chain.links for chain in chains for end in chain.ends if chain.links is not None}
 
-    arms = tuple(replace(chain.arm, on=stands_on(chain.arm.on)) for chain in chains)
-    placed = tuple(Point(of.name, of.role, stands_on(of.on), of.place, of.known) for of in points)
+    def stands_on(on: str, place: Spec) -> tuple[str, Spec]:
+        arm, _, link = on.partition("/")
+        if not link or arm not in links:
+            return flanges.get(on, on), place
+        try:
+            return links[arm].placed(link, place)
+        except InvalidInput as error:
+            raise ParseError(f"'{on:.60}': {error}", path) from None
+
+    def moved(arm: Arm) -> Arm:
+        on, base = stands_on(arm.on, arm.robot.spec["base"])
+        return replace(arm, on=on) if base is arm.robot.spec["base"] else replace(arm, on=on, robot=_based(arm, base))
+
+    arms = tuple(moved(chain.arm) for chain in chains)
+    placed = tuple(Point(of.name, of.role, *stands_on(of.on, of.place), of.known) for of in points)
     for entry in (*rig["cameras"].values(), *rig["boards"].values()):
-        entry["on"] = stands_on(entry["on"])
+        entry["on"], place = stands_on(entry["on"], {"xyz_mm": entry["xyz_mm"], "rpy_deg": entry["rpy_deg"]})
+        entry |= place
     cell = Cell(name, arms, placed, distances, **rig, record=record)
     _check(cell, top)
     return replace(cell, records=_records(cell, records, top)) if records else cell
@@ -226,14 +269,7 @@ def _place(fields: Fields) -> tuple[str, Spec, Known]:
     on = fields.text("on", "world")
     place = fields.frame()
     fixed = fields.truth("fixed", False)
-    sigma = {}
-    for unit in ("mm", "deg"):
-        if fields.has(f"sigma_{unit}"):
-            value = fields.number(f"sigma_{unit}")
-            if not value > 0:
-                fields.fail(f"sigma_{unit}", "a number above 0", value)
-            sigma[f"sigma_{unit}"] = value
-    return on, place, Known(fixed, **sigma)
+    return on, place, Known(fixed, **fields.sigmas())
 
 
 def _entry(name: str, fields: Fields) -> _Entry:
@@ -281,13 +317,14 @@ def _alone(entry: _Entry, path: Path) -> _Chain:
     if entry.robot == POSE:
         spec = check_spec(pose_arm(entry.name), path)
     elif isinstance(entry.robot, Mapping):
-        spec = read_spec(entry.robot)
+        spec = spec_of(entry.robot, path)
     else:
         file = path.parent / entry.robot
         source = file if file.suffix else entry.robot
         spec = read_spec(source, base_link=entry.links[0], tip_link=entry.links[1])
     spec["base"] = entry.place
-    return _Chain(Arm(entry.name, Robot(spec), entry.on, entry.known, entry.robot == POSE), [entry.name])
+    arm = Arm(entry.name, Robot(spec), entry.on, entry.known, entry.robot == POSE)
+    return _Chain(arm, [entry.name], links_of(entry.name, spec))
 
 
 def _forked(entries: list[_Entry], path: Path) -> list[_Chain]:
@@ -314,4 +351,11 @@ def _forked(entries: list[_Entry], path: Path) -> list[_Chain]:
         # Behind a fork the first joint's own origin says where it is.
         known = first.known if parent < 0 else Known(fixed=True)
         out.append(_Chain(Arm(name, Robot(spec), on, known), [name] if tip in tips else []))
-    return out
+    shared = [(chain.arm.name, chain.arm.robot.spec) for chain in out]
+    links = UrdfLinks(read_xml(path.parent / first.robot), first.links[0], shared)
+    return [replace(chain, links=links) for chain in out]
+
+
+def _based(arm: Arm, base: Spec) -> Robot:
+    """The arm's robot with its base there."""
+    return Robot({**arm.robot.spec, "base": base})

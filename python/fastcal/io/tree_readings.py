@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Postures of a cell and readings of its targets out of a CSV, Parquet or Excel file.
 
-Joints are columns ARM.q1_deg or a URDF's own names with their unit; readings x_mm@TARGET (from the world) or
-x_mm@TARGET:SENSOR, distance_mm@TARGET:TARGET, qw@..., sigma_mm@... Speeds of joints are ARM.qd1_deg_s, or NAME_rad_s.
+Joints are columns ARM.q1_deg (of a cell's only arm q1_deg) or a URDF's own names with their unit; readings
+x_mm@TARGET (from the world) or x_mm@TARGET:SENSOR, distance_mm@TARGET:TARGET, qw@..., sigma_mm@...; x_mm alone is of
+the target `tool`. Speeds of joints are ARM.qd1_deg_s, or NAME_rad_s; ARM.j1_deg is what a pendant shows.
 """
 
 from __future__ import annotations
@@ -22,12 +23,14 @@ from fastcal.errors import InvalidInput
 from fastcal.io.columns import SPEEDS
 from fastcal.io.flange_columns import flange_columns, flange_joints
 from fastcal.io.measurements import OWN_COLUMNS
+from fastcal.io.pendant_columns import with_chain_columns
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
 from fastcal.measurements.observations import tables_of
 from fastcal.units import UNITS, parse_name, to_si, unit_names
 
-_OF_A_SPEED = re.compile(r"\.qd(\d+)$")
+_OF_A_SPEED = re.compile(r"\bqd(\d+)$")
+TOOL = "tool"  # the target of columns that name none
 _UNIT_LENGTH = 1e-2  # of a quaternion, that is then made one
 
 
@@ -42,6 +45,11 @@ def _read() -> dict[str, tuple[str, int, str | None]]:
     return {**out, "sigma": ("sigma_position", -1, "length"), "sigma_rot": ("sigma_rotation", 0, "angle")}
 
 
+def is_of_a_target(base: str) -> bool:
+    """Is a column of this name, without unit and target, a reading or how exact one is?"""
+    return base.lower() in _read()
+
+
 def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured: bool = True) -> Readings:
     """Postures and readings of a cell; without `require_measured` a posture may be all that a row holds.
 
@@ -49,11 +57,12 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
         ParseError: A joint has no column, a column names an arm, target or sensor that the cell does not have, has no
             unit, or a posture holds no reading; one sentence with file, line and column.
     """
-    table = read_table(path)
+    table = with_chain_columns(read_table(path), cell)
     joints: dict[int, int] = {}
     speeds: dict[int, int] = {}
     tables: dict[str, FloatArray] = {}
     notes = []
+    has_tool = any(of.name == TOOL for of in cell.points)
     flanges = flange_columns(table, [arm.name for arm in cell.arms if arm.of_poses])
     of_flanges = {place for found in flanges.values() for place in found.values()}
     for place, title in enumerate(table.names):
@@ -62,13 +71,13 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
         quantity, at, view = title.partition("@")
         base, unit = parse_name(quantity)
         is_speed = unit is not None and UNITS[unit].kind in SPEEDS.values()
-        base = _OF_A_SPEED.sub(r".q\1", base) if is_speed else base
+        base = _OF_A_SPEED.sub(r"q\1", base) if is_speed else base
         if (joint := _joint(table, title, base, cell)) is not None:
             kind = "angle" if cell.joint_types[joint] == "revolute" else "length"
             _check_unit(table, title, unit, SPEEDS[kind] if is_speed else kind)
             _put(table, place, joint, speeds if is_speed else joints)
-        elif at and base.lower() in _read():
-            _take(table, place, base.lower(), unit, _checked_view(table, title, view, cell), tables)
+        elif (at or has_tool) and is_of_a_target(base):
+            _take(table, place, base.lower(), unit, _checked_view(table, title, view if at else TOOL, cell), tables)
         elif title not in OWN_COLUMNS:
             notes.append(f"column '{title:.60}' is not known and was not read")
     q = _joint_positions(table, joints, cell, {arm: flange_joints(table, found) for arm, found in flanges.items()})

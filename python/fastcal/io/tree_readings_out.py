@@ -26,7 +26,7 @@ def posture_columns(cell: Cell, q: FloatArray) -> dict[str, Any]:
 
 
 def write_readings(path: str | os.PathLike[str], cell: Cell, readings: Readings) -> None:
-    """Writes postures, positions and orientations, whole or not at all."""
+    """Writes postures, positions, orientations and lengths, whole or not at all."""
     columns = posture_columns(cell, readings.q)
     for name, values in readings.tables.items():
         field, _, view = name.partition("@")
@@ -46,5 +46,7 @@ def write_cell_prediction(path: str | os.PathLike[str], found: Mapping[str, Cell
 def _titled(field: str, view: str, values: FloatArray) -> dict[str, Any]:
     if field == "rotation":
         return {f"q{part}@{view}": values[:, k] for k, part in enumerate(_PARTS)}
+    if field == "distance":
+        return {f"distance_mm@{view}": from_si(values[:, 0], "mm")}
     before = "sigma_" if field == "sigma_position" else ""
     return {f"{before}{axis}_mm@{view}": from_si(values[:, k], "mm") for k, axis in enumerate(_AXES)}

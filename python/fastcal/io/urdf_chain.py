@@ -34,19 +34,20 @@ def read_chain(xml: str, base_link: str = "", tip_link: str = "") -> dict[str, A
     Raises:
         InvalidInput: The text holds no serial arm; the sentence says why.
     """
-    chain: dict[str, Any] = _core.read_urdf(declared_as_utf8(_as_urdfdom_reads(xml)), base_link, tip_link)
+    chain: dict[str, Any] = _core.read_urdf(declared_as_utf8(as_urdfdom_reads(xml)), base_link, tip_link)
     return chain
 
 
 def read_chains(xml: str, base_link: str, tip_links: list[str]) -> list[tuple[int, dict[str, Any]]]:
     """The chains to several tips, as `_core.read_urdf_tree` gives them; errors as `read_chain`."""
     found: list[tuple[int, dict[str, Any]]] = _core.read_urdf_tree(
-        declared_as_utf8(_as_urdfdom_reads(xml)), base_link, tip_links
+        declared_as_utf8(as_urdfdom_reads(xml)), base_link, tip_links
     )
     return found
 
 
-def _as_urdfdom_reads(xml: str) -> str:
+def as_urdfdom_reads(xml: str) -> str:
+    """The text as urdfdom takes it: see `read_chain`."""
     moves, limited = False, False  # the joint that is open, and whether its limit has come
 
     def one(match: re.Match[str]) -> str:

@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 
 from fastcal import units
 from fastcal.arrays import FloatArray
+from fastcal.effects.entries import label
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.mechanism_file import closed_by_itself
 from fastcal.io.robot_schema import Spec
@@ -108,13 +109,17 @@ def urdf_text(spec: Spec) -> str:
     return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
 
 
+def what_moves_the_tool(spec: Spec) -> list[str]:
+    """What moves the tool and only a robot file can hold: the names of the effects, `compensator`, `correction`."""
+    return [*map(label, spec.get("effects", ())), *(key for key in ("compensator", "correction") if spec.get(key))]
+
+
 def what_urdf_loses(spec: Spec) -> tuple[str, ...]:
-    """The keys of a spec that say something and have no place in a URDF."""
+    """The keys of a spec, and the names of its effects, that say something and have no place in a URDF."""
     # A URDF that is written in place gets no links: base and tool belong to the measurement.
     in_place = "xml" in spec.get("source", {})
     lost = [key for key in ("base", "tool") if in_place and _is_moved(spec[key])]
-    more = ("coupling", "pendant", "compensator", "effects", "structure", "correction")
-    lost += [key for key in more if spec.get(key)]
+    lost += [key for key in ("coupling", "pendant", "structure") if spec.get(key)] + what_moves_the_tool(spec)
     lost += ["calibration"] if spec.get("calibration") and not in_place else []
     if any(spec["payload"]["com_mm"]):
         lost.append("payload")

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from fastcal.cells.cell import Cell
@@ -14,8 +14,10 @@ from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
 from fastcal.cells.sensor_ways import SensorWay
 from fastcal.io.measurements import dataset_of
+from fastcal.io.pendant_columns import with_chain_columns
 from fastcal.io.table import Cells, Table
 from fastcal.io.tables import read_table
+from fastcal.io.tree_readings import TOOL, is_of_a_target
 from fastcal.measurements.dataset import Dataset
 from fastcal.units import parse_name
 
@@ -36,42 +38,46 @@ def way_datasets(path: str | os.PathLike[str], cell: Cell, ways: Sequence[Way], 
     Raises:
         ParseError: Something in the file is invalid; one sentence with file, line and column.
     """
-    table, out = read_table(path), list[Dataset]()
+    table, out = with_chain_columns(read_table(path), cell), list[Dataset]()
     joints = {title for titles in cell.joint_columns for title in titles}
     for way in ways:
         pictures = isinstance(way, SensorWay) and way.has_pictures
-        own = _seen_by(table, way, joints - way.titles.keys())
+        titles = way.titles(cell)
+        own = _seen_by(table, way, titles, joints - titles.keys())
         data = dataset_of(own, way.robot, require_measured=not pictures)
         out.append(way.measured(cell, data, readings) if isinstance(way, SensorWay) else data)
     return out
 
 
-def _seen_by(table: Table, way: Way, others: Collection[str]) -> Table:
-    """The columns of one way, by the names that one arm's file has; `others`: joints that are not on it."""
+def _seen_by(table: Table, way: Way, titles: Mapping[str, str], others: Collection[str]) -> Table:
+    """The columns of one way, by the names that one arm's file has.
+
+    `titles` are those of its joints by what it calls them, `others` those of joints that are not on it.
+    """
     names, columns = list[str](), list[Cells]()
     for title, column in zip(table.names, table.columns, strict=True):
-        if (name := _own_name(title, way, others)) is not None:
+        if (name := _own_name(title, way, titles, others)) is not None:
             names.append(name)
             columns.append(column)
     exact = table.exact
-    again = None if exact is None else lambda: _seen_by(exact(), way, others)
+    again = None if exact is None else lambda: _seen_by(exact(), way, titles, others)
     return replace(table, names=names, columns=columns, exact=again)
 
 
-def _own_name(title: str, way: Way, others: Collection[str]) -> str | None:
+def _own_name(title: str, way: Way, titles: Mapping[str, str], others: Collection[str]) -> str | None:
     """What one arm's file calls a column; None where it is of something else."""
     quantity, at, view = title.partition("@")
     if at:
         return quantity if view.partition(":world")[0] == way.name else None
     base, unit = parse_name(title)
-    own = way.titles.get(base) or way.titles.get(title)
+    own = titles.get(base) or titles.get(title)
     if own is not None:
         return f"{own}_{unit or 'rad'}"
     if base in others or title in others:
         return None
     arm, dot, rest = base.partition(".")
     if not dot:
-        return title
+        return title if way.name == TOOL or not is_of_a_target(base) else None
     if found := _OF_A_JOINT.fullmatch(rest):
         at_joint = {(own_arm.name, index): k for k, (own_arm, index) in enumerate(way.joints)}
         k = at_joint.get((arm, int(found[2]) - 1))

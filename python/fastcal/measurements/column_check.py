@@ -40,6 +40,7 @@ DETERMINED = to_si(1.0, "deg")  # to which points must show a zero that is named
 BETTER_BY = 5.0
 BETTER_AT_ONCE = 2.0  # the same before any zero is moved
 SIMILAR = 1.5  # readings this close to the best one can't be distinguished from it
+FEWEST_OFF = 4  # rows off that another reading must explain, more than the tool has numbers
 FEWEST_ROWS = 8  # of different postures; base and tool alone adapt to 9 numbers, three rows
 MOST_ROWS = 60
 MOST_STRETCHED = 1.5  # a base that fits must be, one direction beside another
@@ -197,6 +198,28 @@ class Points:
         found = [each for each in found if each.misfit < most]
         return best(found, to_beat, in_mm, as_read, reach, "points")
 
+    def by_rows_off(self) -> Suspicion | None:
+        """A reading with one change by which all points fit, where as read some are far off and the most are not.
+
+        Rows in which a joint stands at its zero hide how that is read, as where one joint is moved after the other.
+        """
+        reach, frames = self.robot.reach, self.as_read
+        if frames is None or frames.rms > SEVERAL_SHARE * reach:
+            return None
+        off = frames.distances > FITS * reach
+        if off.sum() < FEWEST_OFF:
+            return None
+        as_read, spread = _rms(frames.distances), spread_of(self.sources[0].position)
+        to_beat = min(1.0, as_read / spread) / BETTER_BY
+        found = []
+        for reading in self._worth_fitting(self.joints.simple, None, to_beat, better=True):
+            distances = self.frames(reading).distances
+            if reading.scale == 1.0 and not (distances > FITS * reach).any():
+                left = _rms(distances)
+                write = tuple(self.joints.formulas(reading.joints))
+                found.append(Found(reading.changes(self.joints), left / spread, left, write))
+        return best(found, to_beat, lambda rms: f"{from_si(rms, 'mm'):.4g} mm", as_read, reach, "points")
+
     @property
     def far_off(self) -> bool:
         """Are the points, as read, farther off than any nominal arm is?"""
@@ -291,6 +314,10 @@ def one_set_up(dataset: Dataset) -> NDArray[np.int64]:
         return np.arange(len(dataset))
     group = np.unique(np.stack(labels), axis=1, return_inverse=True)[1].reshape(-1)
     return np.flatnonzero(group == np.argmax(np.bincount(group)))
+
+
+def _rms(distances: FloatArray) -> float:
+    return float(np.sqrt(np.mean(distances**2)))
 
 
 def one_map(of: JointMap) -> JointMaps:

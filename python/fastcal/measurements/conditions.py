@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
@@ -98,17 +98,32 @@ def _arrays(known: Mapping[str, Any], q: FloatArray) -> dict[str, Any]:
     arrays: dict[str, Any] = {}
     for name in ("payload", *NUMBERS):
         if name in known:
-            arrays[name] = _spread(known[name], (len(q),))
+            arrays[name] = _spread(name, known[name], (len(q),))
     for name in TABLES:
         if name in known:
-            arrays[name] = np.ascontiguousarray(_spread(known[name], (len(q), 6 if name == "wrench" else q.shape[1])))
+            width = 6 if name == "wrench" else q.shape[1]
+            arrays[name] = np.ascontiguousarray(_spread(name, known[name], (len(q), width)))
     return arrays
 
 
-def _spread(value: Any, shape: tuple[int, ...]) -> FloatArray:
+def real_array(name: str, value: ArrayLike) -> FloatArray:
+    """Real numbers as float64. InvalidInput where they are none: text, complex numbers, truth values, ragged rows."""
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind in "fiuO":
+            return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{name} must hold real numbers in rows of one length") from None
+    raise InvalidInput(f"{name} must hold real numbers, got {given.dtype}")
+
+
+def _spread(name: str, value: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     """Numbers that stand for all rows, repeated."""
-    given = np.asarray(value, dtype=float)
-    return given if given.shape == shape else np.broadcast_to(given, shape)
+    given = real_array(name, value)
+    try:
+        return given if given.shape == shape else np.broadcast_to(given, shape)
+    except ValueError:
+        raise InvalidInput(f"{name} must be one number, or have shape {shape}, got {given.shape}") from None
 
 
 def _check_columns(

@@ -379,7 +379,10 @@ def _chosen(rows: ArrayLike | slice, count: int) -> IntArray:
 
 def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...], *, spread: bool = False) -> FloatArray:
     """A float64 copy in C order of real numbers; None in `shape` is any size; with `spread`, ones are repeated."""
-    given = np.asarray(value)
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        raise InvalidInput(f"{name} must hold real numbers in rows of one length") from None
     if given.dtype.kind not in "fiu":
         raise InvalidInput(f"{name} must hold real numbers, got {given.dtype}")
     if spread:

@@ -30,7 +30,7 @@ def plausible(dataset: Dataset, robot: RobotFacts, poses: Poses) -> Suspicion | 
     """
     points = Points(dataset, robot, poses)
     rows = _rows_of(points)
-    found = points.suspicion() or _order(points, rows)
+    found = points.suspicion() or points.by_rows_off() or _order(points, rows)
     found = found or _moved(points, rows)
     if found is None and points.far_off and (rows is None or rows.block is None):  # else the columns are right in parts
         found = points.suspicion(several=True) or _in_parts(points)

@@ -16,7 +16,7 @@ from fastcal.correction import Corrected, Inputs
 from fastcal.display import late
 from fastcal.effects.entries import build_effects
 from fastcal.errors import InvalidInput
-from fastcal.measurements.conditions import build_samples, condition_columns
+from fastcal.measurements.conditions import build_samples, condition_columns, real_array
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.calibration_record import CalibrationRecord
 from fastcal.robot.described_robot import DescribedRobot
@@ -59,14 +59,14 @@ class Robot(DescribedRobot):
 
     def assemble(self, q: ArrayLike, *, threads: int = 1) -> Assembly:
         """Closes the loops of postures q (N, n) or (n,) [rad or m]; what q says of passive joints is not looked at."""
-        joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
+        joints = np.ascontiguousarray(np.atleast_2d(real_array("q", q)))
         if joints.ndim != 2 or joints.shape[1] != self.joint_count:
             raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
         return assemble(self.core, joints, threads)
 
     def conditions(self, q: ArrayLike, **columns: Any) -> _core.Samples:
         """Checked conditions of N postures q (N, n) or (n,), SI; see `forward`. Mimic joints follow their drivers."""
-        joints = np.ascontiguousarray(np.atleast_2d(np.asarray(q, dtype=float)))
+        joints = np.ascontiguousarray(np.atleast_2d(real_array("q", q)))
         if joints.ndim != 2 or joints.shape[1] != self.joint_count:
             raise InvalidInput(f"q must have shape (N, {self.joint_count}), got {np.shape(q)}")
         return build_samples(self.entries, self.effects, self.core, self.follow(joints), columns)

@@ -62,11 +62,15 @@ def less_by_row(
 
 
 def lead_at_last_rows(problem: ResidualProblem, blocks: list[Block], thresholds: Thresholds) -> float:
-    """The same of the last part of the order of measuring: of poses later than those that a block was fitted to."""
+    """Standard errors by which the last of the blocks lessens the sum of squares of the last part of measuring.
+
+    Those are poses later than the ones that a block is fitted to; the blocks before it are there in both.
+    """
     part = measuring_place(problem.data) * FOLDS // len(problem.data)
     last = np.where(problem.row >= 0, part[problem.row], -1) == FOLDS - 1
-    before, after = _left_out(problem, np.where(last, 0, -1), blocks, [], thresholds)
-    return _lead(problem, before - after, last)
+    fold = np.where(last, 0, -1)
+    (_, without), (_, after) = (_left_out(problem, fold, some, [], thresholds) for some in (blocks[:-1], blocks))
+    return _lead(problem, without - after, last)
 
 
 def _lead(problem: ResidualProblem, less: FloatArray, among: NDArray[np.bool_]) -> float:

@@ -78,6 +78,17 @@ def test_a_picture_without_its_board_says_why(kind: str) -> None:
     assert find_board(picture, BOARDS[kind]).count == 0
 
 
+def test_a_checkerboard_of_another_size_is_said_with_the_one_that_is_there() -> None:
+    """The search for the size that is not there took 12 s a picture."""
+    board = BOARDS["checkerboard"]
+    picture = render(CAMERA, board, before_camera(board, [0.0, 0.0, 0.0], [0.0, 0.0, 0.6]))
+    across, down = board["columns"] - 1, board["rows"] - 1
+    seen = find_board(picture, board | {"columns": board["columns"] + 1})
+    assert seen.count == 0
+    there = {f"{across} x {down}", f"{down} x {across}"}
+    assert seen.why.split("; ")[0].rpartition("one of ")[2].split(" inner")[0].strip() in there
+
+
 def test_a_dark_picture_is_called_dark() -> None:
     assert "dark" in find_board(np.full((480, 640), 8, np.uint8), BOARDS["checkerboard"]).why
     assert "too bright" in find_board(np.full((480, 640), 250, np.uint8), BOARDS["checkerboard"]).why

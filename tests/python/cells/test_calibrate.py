@@ -168,7 +168,10 @@ def test_a_joint_without_a_column_is_named(tmp_path: Path) -> None:
         ({"targets": {"smr": {"on": "nobody"}}}, "'smr' stands on 'nobody', and there is no such frame"),
         ({"targets": {"left": {"on": "column"}}}, "two members of the cell are named 'left'"),
         ({"target": {}}, "the key 'target' is not known; did you mean 'targets'"),
-        ({"targets": {"smr": {"on": "left", "sigma_mm": 0}}}, "targets.smr: sigma_mm: expected a number above 0"),
+        (
+            {"targets": {"smr": {"on": "left", "sigma_mm": 0}}},
+            "targets.smr: sigma_mm: expected a standard deviation above 0",
+        ),
         (
             {
                 "arms": {"a": {"robot": "ur5", "on": "b"}, "b": {"robot": "ur5", "on": "a"}},

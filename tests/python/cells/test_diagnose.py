@@ -17,6 +17,7 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.diagnosis import CellDiagnosis, CellFinding
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
+from fastcal.cells.sensor_ways import seen_ways
 from fastcal.cli.app import main
 from fastcal.cli.cells import gap_lines
 from fastcal.diagnosis.result import Finding
@@ -84,7 +85,7 @@ def test_a_wave_is_named_with_its_arm_and_is_in_the_model(
     tmp_path: Path, joint: str, owner: str, seen: list[str]
 ) -> None:
     found = diagnosed(tmp_path, joint)
-    assert found["verdict"] == "named"
+    assert (found["status"], found["verdict"]) == ("converged", "named")
     (cause,) = found["effects"]
     assert (cause["effect"], cause["owner"]) == ("gear_harmonic", owner)
     assert cause["seen_by"] == seen
@@ -202,3 +203,17 @@ def diagnose_cell_of(grades: list[str]) -> CellDiagnosis:
         for k, grade in enumerate(grades)
     ]
     return CellDiagnosis(Cell("cell", ()), [], effects)
+
+
+def test_a_target_on_a_link_has_a_way_from_the_world_with_its_readings(tmp_path: Path) -> None:
+    """Its column is `x_mm@elbow`, without a sensor, as that of a target on a flange."""
+    targets = {"elbow": {"on": "left.link3", "xyz_mm": [10.0, 20.0, 90.0]}, "smr": {"on": "left"}}
+    cell = load_cell(written(tmp_path, content(targets=targets, sensors={})))
+    readings = simulated(cell, np.random.default_rng(4), 12, {"elbow": "point", "smr": "point"})
+    ways = seen_ways(cell, readings)
+    # The other target's way has the right arm too, whose weight loads the column.
+    assert {way.name: len(way.joints) for way in ways} == {"elbow": 4, "smr": 13}
+    rows = way_datasets(write_poses(tmp_path, cell, readings), cell, ways, readings)
+    for way, data in zip(ways, rows, strict=True):
+        np.testing.assert_allclose(data.position, readings.tables[f"position@{way.name}"], atol=1e-11)
+        np.testing.assert_allclose(way.robot.forward(data.q)[:, :3, 3], data.position, atol=6 * NOISE)

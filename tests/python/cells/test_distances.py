@@ -12,7 +12,9 @@ from fastcal import _core
 from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
-from fastcal.errors import ParseError
+from fastcal.cells.simulate import simulate_cell
+from fastcal.cli import main
+from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.io.tree_readings import load_readings
 
@@ -71,12 +73,43 @@ def test_a_column_of_lengths_is_read(tmp_path: Path) -> None:
     assert read.tables["distance@smr:other"] == [[0.1]]
 
 
+def test_known_lengths_and_standard_deviations_come_in_any_unit(tmp_path: Path) -> None:
+    bar = {"from": "smr", "to": "other", "in": 5.0, "sigma_um": 3.0}
+    targets = {
+        "smr": {"on": "left", "xyz_m": [0.04, 0.01, 0.12], "sigma_um": 20.0, "sigma_mrad": 8.726646259971648},
+        "other": {"on": "left", "xyz_mm": [40, 108, 120], "sigma_deg": 0.1},
+    }
+    cell = load_cell(written(tmp_path, content(targets=targets, sensors={}, known_distances=[bar])))
+    known = cell.known("smr")
+    assert (known.sigma_mm, known.sigma_deg) == pytest.approx((0.02, 0.5))
+    assert cell.known("other").sigma_mm is None
+    assert (cell.distances[0].mm, cell.distances[0].sigma_mm) == pytest.approx((127.0, 0.003))
+
+
+def test_lengths_are_simulated_where_the_postures_have_their_column_or_by_name(tmp_path: Path) -> None:
+    path, out = written(tmp_path, content(sensors={})), tmp_path / "read.csv"
+    q = np.degrees(np.random.default_rng(5).uniform(-1, 1, (6, 13)))
+    sent = csv_of(tmp_path, [*JOINTS, "distance_mm@smr:tag"], [[*row, 1.0] for row in q])
+    cell = load_cell(path)
+    assert main(["simulate", str(path), str(sent), "-o", str(out)]) == 0
+    read = load_readings(out, cell)
+    assert list(read.tables) == ["distance@smr:tag"]
+    np.testing.assert_allclose(read.tables["distance@smr:tag"][:, 0], length(cell, read.q, "smr:tag"), atol=1e-12)
+    assert main(["simulate", str(path), str(sent), "--views", "smr,distance@smr:tag", "-o", str(out)]) == 0
+    assert list(load_readings(out, cell).tables) == ["position@smr", "distance@smr:tag"]
+    with pytest.raises(InvalidInput, match="'tilt' is no kind of reading that is simulated"):
+        simulate_cell(cell, read, ["tilt@smr"])
+
+
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
         ({"from": "smr", "to": "ball", "mm": 1.0}, "ball"),
         ({"from": "smr", "to": "smr", "mm": 1.0}, "expected another frame than 'smr'"),
         ({"from": "smr", "to": "other", "mm": -1.0}, "expected a number above 0"),
+        ({"from": "smr", "to": "other", "mm": 98.0, "m": 0.098}, "m and mm give the same value twice"),
+        ({"from": "smr", "to": "other", "sigma_mm": 0.1}, "mm is missing"),
+        ({"from": "smr", "to": "other", "m": 0.1, "sigma_um": 0.0}, "sigma_um: expected a standard deviation above 0"),
     ],
 )
 def test_a_wrong_known_distance_gets_one_sentence(tmp_path: Path, given: dict[str, Any], sentence: str) -> None:

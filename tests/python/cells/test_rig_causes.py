@@ -12,7 +12,9 @@ import yaml
 from fastcal.cli.app import main
 from fastcal.diagnosis import diagnose
 from fastcal.importers.corners import load_seen
+from fastcal.io.hand_eye_read import read_hand_eye
 from fastcal.io.robot_file import load_robot
+from fastcal.robot.core_model import pose
 from fastcal.robot.rig import board_corners
 
 from . import camera_scene as camera
@@ -74,9 +76,12 @@ def test_a_name_that_is_excluded_is_not_given(tmp_path: Path, monkeypatch: pytes
     written(tmp_path, "intrinsics@wrist", monkeypatch)
     files = [str(tmp_path / name) for name in ("cell.yaml", "poses.csv")]
     corners = ["--corners", str(tmp_path / "corners.csv")]
-    main(["diagnose", *files, *corners, "-o", str(tmp_path / "out"), "--exclude", "intrinsics"])
+    eye = ["--hand-eye", str(tmp_path / "eye.calib")]
+    main(["diagnose", *files, *corners, "-o", str(tmp_path / "out"), "--exclude", "intrinsics", *eye])
     found = json.loads((tmp_path / "out/diagnosis.json").read_text())
     assert "intrinsics" not in {effect["effect"] for effect in found["effects"]}
+    on_flange = pose(load_robot(tmp_path / "out/model.yaml").spec["cameras"]["wrist"])
+    np.testing.assert_allclose(read_hand_eye(tmp_path / "eye.calib"), on_flange, atol=1e-9)
 
 
 def test_a_bent_board_is_round_and_keeps_its_edges() -> None:

@@ -50,6 +50,7 @@ def test_a_process_names_the_backlash_and_writes_all_files(files, process, hidde
 
 def check_schema(found: dict) -> None:
     """The keys and types that a program may count on."""
+    assert found["status"] == "converged"
     assert found["verdict"] in VERDICTS
     for effect in found["effects"]:
         assert {"effect", "owner", "grade", "parameters", "snr", "p_value", "equivalents"} <= set(effect)

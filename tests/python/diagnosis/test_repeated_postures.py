@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Postures under several payloads: what is wrong with a posture is in all of its rows, and makes no cause of an arm."""
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +28,7 @@ def rows(seed: int, off: float, effects: list[dict[str, object]]) -> Dataset:
 
 
 def test_errors_of_postures_are_no_cause_in_the_model() -> None:
-    for seed in (1, 2, 3):
+    for seed in (1, 2, 3) if os.environ.get("FASTCAL_TEST_FULL") == "1" else (1,):
         assert not [f.label for f in diagnose(arm(), rows(seed, 3e-4, [])).effects if f.in_model]
 
 

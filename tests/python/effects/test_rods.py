@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
 Array = NDArray[np.float64]
+FULL = os.environ.get("FASTCAL_TEST_FULL") == "1"
 NOISE = 3e-5
 GRAVITY = 9.80665
 SOFT = 2e-6  # [m/N]
@@ -168,5 +170,7 @@ def test_it_is_found_again_and_named(name: str, effect: str, owner: str, value: 
     assert parameter.std is not None
     assert parameter.value == pytest.approx(value, abs=4 * parameter.std)
     assert parameter.std < 0.3 * value
+    if name == "palletizer" and not FULL:
+        return  # its diagnosis takes minutes
     told: list[Any] = diagnose(nominal, data).effects
     assert (effect, owner) in [(f.effect, f.owner) for f in told] + [other for f in told for other in f.equivalents]

@@ -3,6 +3,7 @@
 """`fastcal import` and `fastcal template`, and several or foreign files where a command takes DATA."""
 
 import json
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -173,3 +174,19 @@ def test_a_list_of_points_is_joined_with_its_joints_in_python(here: Session) -> 
     np.testing.assert_allclose(1e3 * data.position, here.points, atol=1e-9)
     np.testing.assert_allclose(np.degrees(data.q), here.q, atol=1e-9)
     assert any("joined" in note for note in data.notes)
+
+
+def test_a_map_names_points_of_several_targets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A table without a header: three numbers of one reflector, three of another, six joints."""
+    (tmp_path / "nests.csv").write_text("1,2,3,4,5,6,0.1,0.2,0.3,0.4,0.5,0.6\n7,8,9,10,11,12,0.6,0.5,0.4,0.3,0.2,0.1\n")
+    own = ", ".join(f"q{i}_deg: {i + 6}" for i in range(1, 7))
+    points = ", ".join(f"{part}_mm@{target}: {k}" for k, (target, part) in enumerate(product(("n1", "N2"), "xyz"), 1))
+    (tmp_path / "map.yaml").write_text(f"columns: {{{points}, {own}}}\n")
+    files = ["import", str(tmp_path / "nests.csv"), "--map", str(tmp_path / "map.yaml")]
+    assert main([*files, "-o", str(tmp_path / "measurements.csv")]) == 0
+    assert (tmp_path / "measurements.csv").read_text().splitlines() == [
+        "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm@n1,y_mm@n1,z_mm@n1,x_mm@N2,y_mm@N2,z_mm@N2",
+        "0.1,0.2,0.3,0.4,0.5,0.6,1.0,2.0,3.0,4.0,5.0,6.0",
+        "0.6,0.5,0.4,0.3,0.2,0.1,7.0,8.0,9.0,10.0,11.0,12.0",
+    ]
+    capsys.readouterr()

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Damaged files in every reader: 500 each by a seed that is another every week, 2,000 each in ./test --full.
+"""Damaged files in every reader: 200 each by a seed that is another every week, 2,000 each in ./test --full.
 
-Of files that are read by a process of their own 40 and 2,000: to start it costs more than all else.
+Of files that are read by a process of their own 12 and 2,000: to start it costs more than all else.
 """
 
 import datetime
@@ -39,7 +39,7 @@ IN_A_PROCESS = NEEDS
 
 
 def count(reader: str) -> int:
-    return 2000 if IS_FULL else 40 if reader in IN_A_PROCESS else 500
+    return 2000 if IS_FULL else 12 if reader in IN_A_PROCESS else 200
 
 
 @pytest.mark.parametrize("reader", READERS)

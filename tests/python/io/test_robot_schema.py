@@ -88,6 +88,8 @@ WRONG = [
      "tool.rpy_grad: does not end in a unit of angle; rpy_rad, rpy_mrad or rpy_deg would do"),
     ("dh", "tools", {}, "the key 'tools' is not known; did you mean 'tool'?"),
     ("dh", "xyzzy", 1, "the key 'xyzzy' is not known; known here are name, kinematics, joints"),
+    ("dh", "pendent", [], "the key 'pendent' is not known; did you mean 'pendant'?"),
+    ("dh", "known_distance", [], "the key 'known_distance' is not known; did you mean 'known_distances'?"),
     ("dh", "coupling", [{"joint": 1, "source": 2, "ratio": 1}],
      "coupling[0].source: expected a whole number from 1 to 1, got 2"),
     ("dh", "coupling", [{"joint": 1, "source": 1, "ratio": 1}],

@@ -177,7 +177,7 @@ def test_a_controller_s_deltas_make_the_arm_that_it_knows(run, tmp_path: Path, q
         (("good.yaml", "--ur-calibration", "cut.conf", "--to", "dh"), "a calibration.conf adds to six DH rows"),
         (("ur5", "--ur-calibration", "good.yaml", "--to", "dh"), "expected a calibration.conf, or --to ur_kinematics"),
         (("ur5", "--ur-calibration", "bare.yaml", "--to", "ur_kinematics"), "a kinematics file of ur_description with"),
-        (("bent.yaml", "--to", "ur_kinematics"), "a kinematics file has no place for effects"),
+        (("bent.yaml", "--to", "ur_kinematics"), "a kinematics file has no place for backlash@joint1"),
         (("good.yaml", "--tip-link", "tool0", "--to", "dh"), "tip_link choose an arm in a URDF"),
     ],
 )

@@ -143,10 +143,10 @@ def test_what_a_urdf_cannot_hold_is_named_and_effects_are_not_lost_in_silence(tm
     spec = convert(read_spec("ur5"), "urdf").spec
     assert what_urdf_loses(spec) == ("payload", "motor_ratio")
     spec["effects"] = [{"effect": "backlash", "owner": "joint1", "parameters": {}}]
-    with pytest.raises(InvalidInput, match="a URDF has no place for effects"):
+    with pytest.raises(InvalidInput, match=r"a URDF has no place for backlash@joint1; .* \(--drop-effects\)"):
         write_spec(spec, tmp_path / "arm.urdf")
     assert list(tmp_path.iterdir()) == []
-    assert write_spec(spec, tmp_path / "arm.urdf", drop_effects=True) == ("effects", "payload", "motor_ratio")
+    assert write_spec(spec, tmp_path / "arm.urdf", drop_effects=True) == ("backlash@joint1", "payload", "motor_ratio")
     tilted = spec | {"base": {"xyz_mm": [0.0] * 3, "rpy_deg": [0.0, 90.0, 0.0]}}
     assert "gravity_m_s2" in what_urdf_loses(tilted)
     with pytest.raises(InvalidInput, match="from a robot of kind urdf, got dh: convert it first"):

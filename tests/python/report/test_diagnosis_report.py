@@ -395,3 +395,9 @@ def test_several_causes_are_spoken_of_as_several(found: Diagnosis) -> None:
     assert "With them in the model the error" in sentence_of(replace(found, gap=[*found.gap, found.gap[-1]]))
     worse = replace(found.gap[-1], kinds={"position": KindGap("mm", 9.0, 9.0, 9.0)})
     assert " rises from " in sentence_of(replace(found, gap=[found.gap[0], worse]))
+
+
+def test_the_status_says_whether_the_model_may_be_used(found: Diagnosis) -> None:
+    worse = replace(found.gap[-1], kinds={"position": KindGap("mm", 9.0, 9.0, 9.0)})
+    states = [found, replace(found, gap=[found.gap[0], worse]), replace(found, converged=False)]
+    assert [each.to_json_dict()["status"] for each in states] == ["converged", "predicts_worse", "not_converged"]

@@ -9,12 +9,14 @@ import copy
 import gc
 import pickle
 import sys
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fastcal import InvalidInput, _core, random_poses
+from fastcal import Dataset, InvalidInput, _core, inverse_kinematics, random_poses
 from fastcal.conversion import convert
 from fastcal.io.robot_file import load_robot
 from fastcal.robot.robot import Robot, Spec
@@ -197,3 +199,30 @@ def test_a_position_that_is_not_finite_is_refused_wherever_it_is() -> None:
         for call in (robot.forward, robot.parameter_jacobian):
             with pytest.raises(InvalidInput, match="q must be finite"):
                 call(q)
+
+
+RAGGED = "in rows of one length"
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [(np.zeros((2, 6), complex), "complex128"), ("home", "<U4"), (np.zeros((2, 6), bool), "bool"), ([[0], []], RAGGED)],
+)
+def test_what_is_no_real_number_is_refused_and_never_cast(value: Any, sentence: str) -> None:
+    """A cast would drop imaginary parts, read text as numbers and truth values as 0 and 1."""
+    robot = load_robot("ur5")
+    q, T = np.zeros((2, 6)), np.tile(np.eye(4), (2, 1, 1))
+    calls: dict[str, Callable[[], object]] = {
+        "q": lambda: robot.forward(value),
+        "seed": lambda: inverse_kinematics(robot, T, seed=value),
+        "targets": lambda: inverse_kinematics(robot, value),
+        "payload": lambda: robot.forward(q, payload=value),
+    }
+    for name, call in calls.items():
+        with pytest.raises(InvalidInput, match=f"{name} must hold real numbers.* {sentence}"):
+            call()
+    with pytest.raises(InvalidInput, match="q must hold real numbers"):
+        Dataset.from_arrays(value)
+    with pytest.raises(InvalidInput, match=r"payload must be one number, or have shape \(2,\), got \(3,\)"):
+        robot.forward(q, payload=[1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(robot.forward(q.astype(object)), robot.forward(q))

@@ -159,6 +159,24 @@ def test_what_moves_otherwise_is_added_beside_a_motion_in_time(
     assert not any("time" in entry.get("inputs", "") for entry in other.model.entries)
 
 
+def test_a_motion_in_time_leads_in_the_last_rows_beside_what_is_found_before(
+    hidden: tuple[CalibrationResult, Dataset, Dataset],
+) -> None:
+    """A base that sways by .2 mm: what it did tells nothing of the rows measured later; the joint's curve does."""
+    found, data, _ = hidden
+    assert data.position is not None
+    way = np.sin(np.linspace(0, 3 * np.pi, len(data)))[:, np.newaxis]
+    data = replace(data, position=data.position + 1.2e-4 * way)
+    noise = (found.sigma, 1e-4, found.sigma)
+    either, moved = (
+        add_surrogate(found.model, data, noise=noise, thresholds=replace(thresholds(), later=later))
+        for later in (-np.inf, 2.0)
+    )
+    assert set(either.added) >= {"surrogate@joint3", "surrogate@base"}
+    assert "surrogate@base" not in moved.added
+    assert "surrogate@joint3" in moved.added
+
+
 def test_rows_left_out_are_nearer_by_what_is_told(hidden: tuple[CalibrationResult, Dataset, Dataset]) -> None:
     found, train, _ = hidden
     folds = [np.arange(len(train)) % 5, np.arange(len(train)) * 5 // len(train)]
