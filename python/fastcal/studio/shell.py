@@ -184,7 +184,7 @@ _STYLE = """
 .body--dark .text-positive { --q-positive: #74c894; }
 .body--dark .text-negative { --q-negative: #f2938c; }
 .body--dark .text-warning { --q-warning: #e0b050; }
-a.nicegui-link { color: #1f5f8b; }
+a.nicegui-link { color: #1f5f8b; opacity: 1 !important; } /* NiceGUI fades the one under the mouse: too pale */
 .body--dark a.nicegui-link { color: #7fb6dc; }
 .q-uploader__subtitle { display: none; } /* bytes and percent of what comes from this very machine */
 .studio-number { font-size: 1.7rem; font-variant-numeric: tabular-nums; line-height: 1.1; }

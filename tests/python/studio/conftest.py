@@ -130,7 +130,8 @@ class Looker:
             self.page.wait_for_function(
                 f"document.body.classList.contains('body--dark') === {str(scheme == 'dark').lower()}"
             )
-            self.page.wait_for_timeout(500)  # colours change slowly
+            self.page.wait_for_timeout(500)  # colours change slowly, on a busy machine very slowly
+            self.page.wait_for_function("!document.getAnimations().some((each) => each instanceof CSSTransition)")
             assert_accessible(self.page, self.axe)
         self.page.emulate_media(color_scheme="light")
 
