@@ -147,10 +147,9 @@ def _turned(
     """(N, m, 3) how each number moves as the flange of each arm of poses turns in its own axes, all arms alike."""
     here = np.asarray(_core.residuals(cell.model, readings.samples(cell), measured, theta, threads))
     out = np.zeros((*here.shape, 3))
-    first = 0
+    firsts = {of.name: of.first_joint for of in cell.core.branches}
     for arm in cell.arms:
-        own = slice(first, first + arm.robot.core.joint_count)
-        first = own.stop
+        own = slice(firsts[arm.name], firsts[arm.name] + arm.robot.joint_count)
         for axis in range(3) if arm.of_poses else ():
             q = readings.q.copy()
             q[:, own] = turned_joints(readings.q[:, own], _STEP * np.eye(3)[axis])

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Poses of an arm that turn a little otherwise than its controller says: a camera's place weighed by that."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from fastcal.cells import calibrate, fit
-from fastcal.cells.cell import Arm, Cell, Point
+from fastcal.cells.cell import Arm, Cell, Known, Point
 from fastcal.cells.pose_arm import pose_arm, pose_joints, turned_joints
 from fastcal.cells.readings import Readings
 from fastcal.io.robot_file import load_robot
@@ -79,6 +80,22 @@ def test_a_camera_is_found_better_where_the_arm_turns_otherwise(monkeypatch: pyt
     rms = np.sqrt(np.mean(weighed**2, axis=0) / np.mean(alone**2, axis=0))
     assert np.sqrt(np.mean(rms[:3] ** 2)) < 0.85, rms  # turns of 4 mrad move the board by 3.2 mm
     assert np.sqrt(np.mean(rms[3:] ** 2)) < 1.05, rms
+
+
+def test_joints_are_those_of_the_tree_and_not_in_the_order_of_the_file() -> None:
+    """The arm of poses stands on a table that its file has behind it, and that never turns."""
+    given = readings(1, turns_rad=4e-3)
+    joint = {"type": "revolute", "omega": [0.0, 0.0, 1.0], "point_mm": [0.0, 0.0, 0.0], "min_deg": -90, "max_deg": 90}
+    robot = load_robot({"name": "table", "kinematics": "poe", "joints": [joint], "home": NOWHERE})
+    table = Arm("table", robot, known=Known(fixed=True))
+    arm = Arm("arm", load_robot(pose_arm("arm")), on=table.flange, known=Known(fixed=True), of_poses=True)
+    points = (Point("board", "target", "world", NOWHERE), Point("camera", "sensor", arm.flange, NOWHERE))
+    cell = Cell("test", (arm, table), points)
+    assert [of.name for of in cell.core.branches if of.joint_count] == ["table", "arm"]
+    still = replace(given, q=np.column_stack([np.zeros(ROWS), given.q]))
+    alone, found = result(given), calibrate.calibrate_cell(cell, still, arms=["arm"])
+    assert found.status == "converged"
+    np.testing.assert_allclose(off(found), off(alone), atol=1e-6)
 
 
 def test_nothing_is_lost_where_the_arm_is_exact(monkeypatch: pytest.MonkeyPatch) -> None:
