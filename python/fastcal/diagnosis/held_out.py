@@ -34,7 +34,7 @@ from fastcal.diagnosis.problem import Problem
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import Kind
 from fastcal.measurements.splits import deal
-from fastcal.place import place_of
+from fastcal.place import joint_name, place_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -42,6 +42,8 @@ BoolArray = NDArray[np.bool_]
 # Parts of a joint's range that are held out as one, where what errs by its position is judged: rows near each other
 # share what is wrong with them, and many more would leave neighbours of each.
 POSITION_BINS = 40
+# Positions of a joint of which one that is held out still has neighbours on both sides.
+FEWEST_POSITIONS = 5
 
 STRETCHES = "stretches"  # of the order of measuring: an owner of folds
 REGIONS = "regions"  # of the workspace, another one
@@ -114,6 +116,12 @@ def positions(data: Dataset, owner: str) -> NDArray[np.intp]:
     """(N,) position of a joint as one of POSITION_BINS, in each row."""
     joint = place_of(owner).index
     return place_groups(data.q[:, [joint]], POSITION_BINS)
+
+
+def shows_between(data: Dataset) -> bool:
+    """Does some joint stand at FEWEST_POSITIONS or more? In a grid of fewer, rows held out repeat those fitted to."""
+    joints = range(data.q.shape[1])
+    return any(len(np.unique(positions(data, joint_name(joint)))) >= FEWEST_POSITIONS for joint in joints)
 
 
 class HeldOut:

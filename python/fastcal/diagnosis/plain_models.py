@@ -24,7 +24,7 @@ from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.held_arm import SHOWN, arm_size, holding
-from fastcal.diagnosis.held_out import PLACES, REGIONS, STRETCHES, HeldOut, gain, positions
+from fastcal.diagnosis.held_out import PLACES, REGIONS, STRETCHES, HeldOut, gain, positions, shows_between
 from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.library import is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
@@ -288,11 +288,15 @@ def _known(rivals: Rivals, state: SearchNode, entries: list[Spec], problem: Prob
 
 
 def _additions(rivals: Rivals, *, curved: bool) -> Iterator[list[Spec]]:
-    """What is added to the geometry: compliances, sags, curves of all joints, compliances and curves."""
+    """What is added to the geometry: compliances, sags, curves of all joints, compliances and curves.
+
+    No sags of a grid of few positions: all of them together fit these, and fall apart in between.
+    """
     start = rivals.search.start
     barely = sensitivity.barely_shown(start)
     yields = [e for e in _of_all_joints(rivals.search.problem, is_sag=False) if (e["effect"], e["owner"]) not in barely]
-    sags = with_curvatures(start.fit, _of_all_joints(rivals.search.problem, is_sag=True))
+    laws = _of_all_joints(rivals.search.problem, is_sag=True) if shows_between(start.fit.problem.data) else []
+    sags = with_curvatures(start.fit, laws)
     with_curves = rivals.with_profiles(start, rivals.every) if curved else None
     curves = [] if with_curves is None else with_curves.profiles
     for entries in (yields, sags, curves, [*yields, *curves] if yields and curves else []):

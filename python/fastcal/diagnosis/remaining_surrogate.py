@@ -15,11 +15,9 @@ from fastcal.diagnosis import held_out, rules
 from fastcal.diagnosis.adaptation import Judge, gap_step, nominal
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.gap import GapStep
-from fastcal.diagnosis.held_out import positions
+from fastcal.diagnosis.held_out import shows_between
 from fastcal.diagnosis.noise_scales import without_scales
 from fastcal.diagnosis.result import AdaptedModel, Unexplained
-from fastcal.measurements.dataset import Dataset
-from fastcal.place import joint_name
 from fastcal.robot.robot import Robot
 from fastcal.surrogate import AddedSurrogate, Thresholds, add_surrogate, formulas
 from fastcal.surrogate.candidates import SLOW, posture_inputs
@@ -34,8 +32,6 @@ SURROGATE_HELD_OUT = 0.95
 
 # Surrogates at most.
 MAX_SURROGATES = 3
-# Positions of a joint of which one that is held out still has neighbours on both sides.
-FEWEST_POSITIONS = 5
 _COLUMNS = {"time": "time_s", "temperature": "temperature_c", "payload": "payload_kg"}
 
 
@@ -101,7 +97,7 @@ def surrogate_of(
         return None
     data, noise = without_scales(problem)
     exclude = SLOW if problem.noise.memory > 0 and not drifts else frozenset()  # a memory is such a curve too
-    if not _shows_between(data):
+    if not shows_between(data):
         exclude |= posture_inputs(data.q.shape[1])
     return add_surrogate(
         model,
@@ -113,12 +109,6 @@ def surrogate_of(
         folds=[fold[reached] for fold in folds],
         threads=threads,
     )
-
-
-def _shows_between(data: Dataset) -> bool:
-    """Does some joint stand at FEWEST_POSITIONS or more?"""
-    joints = range(data.q.shape[1])
-    return any(len(np.unique(positions(data, joint_name(joint)))) >= FEWEST_POSITIONS for joint in joints)
 
 
 def thresholds() -> Thresholds:

@@ -145,6 +145,17 @@ def test_base_and_tool_alone_are_written_where_poses_are_too_few_for_the_geometr
     assert "held near nominal" in (tmp_path / "report.html").read_text() or "base and tool alone" in found.summary()
 
 
+@pytest.mark.parametrize(("positions", "is_tried"), [(3, False), (7, True)])
+def test_sags_of_all_joints_are_not_tried_on_a_grid_of_few_positions(positions: int, is_tried: bool) -> None:
+    """An arm on 2 or 3 places a joint was written 9 times worse than plain: its sags fitted these and nothing else."""
+    true, random = perturbed(bare_arm(), seed=3), np.random.default_rng(3)
+    q = random.choice(np.linspace(-1.2, 1.2, positions), (60, true.joint_count))
+    data = simulate(true, q, noise=5e-5, seed=4)
+    search = Search(prepared_problem(bare_arm(), data, [], Noise((5e-5, 1e-4, 5e-5)), 1))
+    tried = {e["effect"] for entries in plain_models._additions(Rivals(search), curved=False) for e in entries}
+    assert ("gravity_sag" in tried) is is_tried
+
+
 def test_few_rows_show_no_motion_that_takes_all_their_freedom() -> None:
     """A base that wanders by a polynomial of degree 5 in each of its motions fits 25 rows exactly."""
     true = perturbed(bare_arm(), seed=5)

@@ -10,7 +10,7 @@ import pytest
 
 import fastcal
 from fastcal.calibration.simulation import perturbed, simulate
-from fastcal.diagnosis import Diagnosis, diagnose, remaining_surrogate
+from fastcal.diagnosis import Diagnosis, diagnose, held_out, remaining_surrogate
 from fastcal.diagnosis.adaptation import Judge
 from fastcal.diagnosis.remaining_surrogate import with_surrogate
 from fastcal.effects import registered
@@ -104,8 +104,8 @@ def test_no_surrogate_is_learnt_on_a_grid_of_few_positions() -> None:
     """Rows held out of such a grid repeat those that are learnt; one joint at five positions shows what is between."""
     random = np.random.default_rng(0)
     few = random.choice([-1.0, 0.2, 0.9, 1.3], (50, 3))
-    assert not remaining_surrogate._shows_between(Dataset.from_arrays(few))
+    assert not held_out.shows_between(Dataset.from_arrays(few))
     assert {"q3", "load1", "down2_x", "height"} <= posture_inputs(3)
     assert posture_inputs(3).isdisjoint({"time", "temperature", "payload", "approach1"})
     few[:5, 1] = np.linspace(-1.0, 1.3, 5)
-    assert remaining_surrogate._shows_between(Dataset.from_arrays(few))
+    assert held_out.shows_between(Dataset.from_arrays(few))
