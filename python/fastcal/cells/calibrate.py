@@ -209,15 +209,11 @@ def calibrate_cell(
 
 
 def _checked_columns(cell: Cell, readings: Readings, *, as_read: bool) -> list[str]:
-    """`check_columns` of each arm with what was read from the world of a target on it, each sentence once.
-
-    Without effects: these are small beside a column that was meant otherwise, and some go with no serial arm.
-    """
+    """`check_columns` of each arm with what was read from the world of a target on it, each sentence once."""
     out: dict[str, None] = {}
-    bare = replace(cell, arms=tuple(replace(arm, robot=arm.robot.with_(effects=[])) for arm in cell.arms))
-    for way in serial_ways(bare, readings.views):
+    for way in serial_ways(cell.without_effects, readings.views):
         try:
-            found = check_columns(way.robot, way.rows(bare, readings), as_read=as_read)
+            found = check_columns(way.robot, way.rows(cell, readings), as_read=as_read)
         except InvalidInput as error:
             raise InvalidInput(said("target {name}: {text}", name=way.name, text=str(error))) from None
         out |= dict.fromkeys(said("target {name}: {text}", name=way.name, text=text) for text in found)

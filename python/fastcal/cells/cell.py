@@ -130,6 +130,11 @@ class Cell:
             raise InvalidInput(f"{self.name}: expected one arm, got {len(self.arms)}")
         return self.arms[0].robot
 
+    @property
+    def without_effects(self) -> Cell:
+        """The cell with its arms' geometry alone: effects are small beside a place or a column, some in no chain."""
+        return replace(self, arms=tuple(replace(arm, robot=arm.robot.with_(effects=[])) for arm in self.arms))
+
     @cached_property
     def core(self) -> _core.RobotModel:
         """The tree of all frames. InvalidInput where something stands on nothing, or on itself."""

@@ -70,7 +70,7 @@ def _aligned(cell: Cell, readings: Readings) -> Cell:
     median of (B T_k)^-1 p.
     """
     ways: dict[str, list[tuple[Way, FloatArray]]] = {}
-    for way in serial_ways(cell, readings.views):
+    for way in serial_ways(cell.without_effects, readings.views):
         seen = readings.tables.get(f"position@{way.name}")
         if seen is not None and _is_free(way.target.known) and _is_free(way.arms[0].known):
             ways.setdefault(way.arms[0].name, []).append((way, seen))

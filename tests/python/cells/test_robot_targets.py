@@ -117,6 +117,19 @@ def test_what_the_pendant_shows_is_read_in_cells_too(
     assert result["kinds"]["position"]["after"]["rms"] < 2 * NOISE_MM * np.sqrt(3)
 
 
+def test_an_import_takes_the_arm_of_such_a_file(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = np.loadtxt(folder / "train.csv", delimiter=",", skiprows=1)[:, :9]
+    np.savetxt(tmp_path / "bare.csv", table, "%.6f", ",")
+    names = [*JOINTS, *(column(part, "n1") for part in "xyz")]
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump({"columns": {name: k for k, name in enumerate(names, 1)}}))
+    files = ["import", str(tmp_path / "bare.csv"), "--map", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "out.csv")]
+    assert main([*files, "--robot", str(folder / "robot.yaml")]) == 0
+    assert (tmp_path / "out.csv").read_text().splitlines()[0] == ",".join(names)
+    capsys.readouterr()
+
+
 def test_an_axis_without_a_column_is_named(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = (folder / "train.csv").read_text().replace("q", "j").replace("j4_deg", "note")
     (tmp_path / "j.csv").write_text(text)
