@@ -144,7 +144,8 @@ def _numbered(exhibit: Mapping[str, Any]) -> str:
     """Its number in the paper, or another name: Table 5."""
     word, _space, rest = exhibit["number"].partition(" ")
     known = {"Table": _("Table {number}", number=rest), "Figure": _("Figure {number}", number=rest)}
-    return known.get(word) or retold(exhibit["number"])
+    whole = retold(exhibit["number"])
+    return known[word] if word in known and whole == exhibit["number"] else whole
 
 
 def _again(value: Any, key: str = "") -> Any:
