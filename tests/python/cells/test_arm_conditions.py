@@ -248,7 +248,7 @@ def test_compliance_and_backlash_of_an_arm_are_found_by_a_fit_of_all(tmp_path: P
     assert missed.rms > 2 * after.rms
 
 
-@pytest.mark.parametrize("hidden", [SOFT, SLACK], ids=["compliance", "backlash"])
+@pytest.mark.parametrize("hidden", [pytest.param(SOFT, marks=pytest.mark.full), SLACK], ids=["compliance", "backlash"])
 def test_what_follows_a_condition_is_named_and_written(hidden: dict[str, Any], tmp_path: Path) -> None:
     true = cell_of(tmp_path, left=[hidden])
     read = simulate_cell(true, loaded(true, 140, 21), ["smr_left", "smr_right"], noise=NOISE, seed=22)

@@ -76,8 +76,8 @@ def diagnosed(folder: Path, joint: str | None, *options: str, code: int = 0) -> 
 @pytest.mark.parametrize(
     ("joint", "owner", "seen"),
     [
-        ("left.q4", "left.joint4", ["smr_left"]),
-        ("right.q2", "right.joint2", ["smr_right"]),
+        pytest.param("left.q4", "left.joint4", ["smr_left"], marks=pytest.mark.full),
+        pytest.param("right.q2", "right.joint2", ["smr_right"], marks=pytest.mark.full),
         ("column.q1", "column.joint1", ["smr_left", "smr_right"]),
     ],
 )
@@ -121,6 +121,7 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert found["ways"]["smr_left"]["joints"][-1] == "left.joint6"
 
 
+@pytest.mark.full
 def test_what_is_excluded_is_not_given(tmp_path: Path) -> None:
     cell = cell_of(tmp_path)
     poses = write_poses(tmp_path, cell, waved(cell, 100, "left.q4"))
