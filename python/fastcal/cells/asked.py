@@ -16,7 +16,7 @@ from fastcal.cells.cell import Arm, Cell
 from fastcal.cells.readings import Readings
 from fastcal.effects.entries import parse_effects, without_repeats
 from fastcal.errors import InvalidInput
-from fastcal.place import Place, place_of
+from fastcal.place import owner_of, places_of
 from fastcal.robot.rig import known_within
 from fastcal.units import to_si
 
@@ -86,19 +86,20 @@ def with_effects(cell: Cell, text: str) -> Cell:
     for item in items:
         head, colon, options = item.partition(":")
         name, at, owner = head.partition("@")
-        place = place_of(owner) if at else None
-        if place is not None and place.arm not in {arm.name for arm in cell.arms}:
+        places = places_of(owner) if at else []
+        of = {place.arm for place in places}
+        if len(of) > 1 or not of <= {arm.name for arm in cell.arms}:
             raise InvalidInput(f"--effects {item:.60}: expected an owner such as {cell.arms[-1].name}.joint1")
-        own_name = name if place is None else f"{name}@{replace(place, arm='')}"
+        own_name = f"{name}{at}{owner_of(replace(place, arm='') for place in places)}"
         asked = [f"{own_name}{colon}{options}"]
-        cell = replace(cell, arms=tuple(_with_asked(arm, asked, place) for arm in cell.arms))
+        cell = replace(cell, arms=tuple(_with_asked(arm, asked, of) for arm in cell.arms))
     cell.model  # noqa: B018  which says whether they can be in a cell
     return cell
 
 
-def _with_asked(arm: Arm, asked: list[str], place: Place | None) -> Arm:
-    """The arm with the effects, where they are meant of it."""
-    if arm.of_poses or (place is not None and place.arm != arm.name):
+def _with_asked(arm: Arm, asked: list[str], of: Collection[str]) -> Arm:
+    """The arm with the effects, where they are meant of it: of an arm named, or of all where none is."""
+    if arm.of_poses or (of and arm.name not in of):
         return arm
     own = arm.robot.entries
     entries = without_repeats([*own, *parse_effects(asked, arm.robot.core, own)[1]])
