@@ -64,7 +64,7 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
     tables: dict[str, FloatArray] = {}
     others = []
     has_tool = any(of.name == TOOL for of in cell.points)
-    flanges = flange_columns(table, [arm.name for arm in cell.arms if arm.of_poses])
+    flanges = flange_columns(table, [arm.name for arm in cell.arms if arm.of_poses], only=len(cell.arms) == 1)
     of_flanges = {place for found in flanges.values() for place in found.values()}
     for place, title in enumerate(table.names):
         if place in of_flanges:
