@@ -29,6 +29,7 @@ from fastcal.cells.readings import Readings
 from fastcal.cells.records import JOINTS, cell_record, way_records
 from fastcal.cells.rig_start import judged_readings, rig_start
 from fastcal.cells.start import started
+from fastcal.cells.told import found_distances, without_what_is_contradicted
 from fastcal.display.shown import PlottedCell
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.errors import InvalidInput
@@ -55,6 +56,7 @@ class CellResult(PlottedCell):
         readings: What was read, of which `train` and `views` are the errors.
         outliers: Rows whose error the noise does not explain.
         shared: What all corners of a picture share, and how far the geometry may be off; None where it was not asked.
+        known_distances: Of each distance that the file knows, what it says and what the fit has.
         moved: Of an update, what has moved since the calibration; None of a calibration.
     """
 
@@ -75,6 +77,7 @@ class CellResult(PlottedCell):
     test_views: dict[str, KindErrors] | None = None
     shared: SharedNoise | None = None
     moved: list[str] | None = None
+    known_distances: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -112,6 +115,7 @@ class CellResult(PlottedCell):
             "outliers": self.outliers,
             "joints_repeat_deg": None if self.shared is None else from_si(self.shared.repeats, "deg"),
             "held": self.held,
+            **({"known_distances": self.known_distances} if self.known_distances else {}),
             **({} if self.moved is None else {"method": "update", "moved": self.moved}),
             "notes": self.notes,
         }
@@ -163,6 +167,11 @@ def calibrate_cell(
     cell = replace(cell, cameras={**cell.cameras, **lenses})
     readings = replace(readings, notes=(*readings.notes, *of_lenses))
     readings = judged_readings(cell, readings, mend=mend)
+    given = cell
+    cell, against = without_what_is_contradicted(
+        cell, readings, effects=effects, arms=arms, loss=loss, threads=threads
+    )
+    readings = replace(readings, notes=(*readings.notes, *against))
     start, used, wrong = started(cell, readings)
     places = rig_start(start, used)
     report("identifying")
@@ -204,6 +213,7 @@ def calibrate_cell(
         test=None if test is None else kind_errors(model, test, before),
         test_views=None if test is None else view_errors(model, test, before),
         shared=shared,
+        known_distances=found_distances(given, model, readings, list(solution.free), np.asarray(solution.covariance)),
         notes=list(readings.notes),
     )
 

@@ -108,6 +108,8 @@ class Cell:
         records: Of each way from the world to a target how surely its numbers are known, by the target: a
             `calibration` block as a robot's spec has it.
         record: The same of all parameters of the tree, its cameras and boards together; None where it is not known.
+        found: Where a fit has found what has no place in the tree, such as sockets, SI, by owner and name; a file keeps
+            none of it.
     """
 
     name: str
@@ -118,6 +120,7 @@ class Cell:
     boards: Mapping[str, Spec] = field(default_factory=dict)
     records: Mapping[str, Spec] = field(default_factory=dict)
     record: Spec | None = None
+    found: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     def arm(self, name: str) -> Arm:
         """The arm of this name."""

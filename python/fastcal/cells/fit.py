@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from fastcal.calibration.unknowns import CORNERS, unknowns_found
 from fastcal.cells.asked import asked_parameters, priors
 from fastcal.cells.axis_noise import noise_of_axes, with_axis_noise
 from fastcal.cells.cell import Cell
-from fastcal.cells.errors import view_errors
+from fastcal.cells.errors import is_of_rig, view_errors
 from fastcal.cells.evidence import SharedNoise, settled
 from fastcal.cells.never_worse import arms_to_blame, worse_sights
 from fastcal.cells.pose_noise import settled_poses
@@ -75,10 +75,10 @@ class Fit:
         """The fit of some arms, or all, by a loss: weighed by the axes' noise, and by what joints or poses share."""
         options: dict[str, Any] = {"effects": effects, "arms": arms, "loss": loss, "threads": threads}
         asked = asked_parameters(start, used, effects=effects, arms=arms)
+        sizes = geometry_sizes(start, used, asked)
         few = _numbers_of(start, used) < _ENOUGH * len(asked)
         has_joints = not all(arm.of_poses for arm in start.arms)
-        sizes = _WIDE if few and has_joints else None
-        found = _identified(start, used, asked, places, sizes, loss, threads)
+        found = identified(start, used, asked, places, sizes, loss, threads)
         measured = used.measured(start)
         solution: Solution = found
         model = there(start, measured, found)
@@ -86,7 +86,7 @@ class Fit:
         kept = np.setdiff1d(np.arange(len(used)), found.outliers)
         weighed, by_axis = with_axis_noise(used, view_errors(model, used.pick(kept)))
         if by_axis and found.status == "converged":
-            found = _identified(start, weighed, asked, places, sizes, loss, threads)
+            found = identified(start, weighed, asked, places, sizes, loss, threads)
             measured = weighed.measured(start)
             solution, model = found, there(start, measured, found)
             noise = noise_of_axes(noise, weighed, by_axis)
@@ -112,7 +112,7 @@ class Fit:
         asked = asked_parameters(self.start, self.used, arms=())
         if len(asked) == len(self.asked):
             return None
-        found = _identified(self.start, self.used, asked, self.places, None, "huber", self.options["threads"])
+        found = identified(self.start, self.used, asked, self.places, None, "huber", self.options["threads"])
         return there(self.start, self.measured, found) if found.status == "converged" else None
 
     def errors(self, cell: Cell) -> dict[str, FloatArray]:
@@ -133,7 +133,7 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
     before = fit.errors(frames)
 
     def worse(of: Fit) -> set[str]:
-        now = worse_sights(of.errors(of.model), before)
+        now = worse_sights(fit.start, of.errors(of.model), before)
         return now if of.found.status == "converged" else {view.partition("@")[2] for view in before}
 
     if not (now := worse(fit)):
@@ -176,9 +176,16 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
     return tried, tried.found.status, tried.found.message, [note]
 
 
-def _identified(
+def geometry_sizes(cell: Cell, readings: Readings, asked: list[int]) -> float | None:
+    """Plausible sizes within which the geometry is held at first, where there are few numbers; None: it is free."""
+    few = _numbers_of(cell, readings) < _ENOUGH * len(asked)
+    return _WIDE if few and not all(arm.of_poses for arm in cell.arms) else None
+
+
+def identified(
     cell: Cell, readings: Readings, asked: list[int], places: RigStart, sizes: float | None, loss: str, threads: int
 ) -> _core.Identification:
+    """The asked parameters of a cell and the unknowns of its readings, its geometry held within some sizes or free."""
     measured = readings.measured(cell)
     given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
     given["unknowns"] = places.of(measured.parameters)
@@ -193,8 +200,10 @@ def _identified(
 
 def there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:
     """The cell as it was identified."""
-    unknowns = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
-    return cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, *unknowns)
+    values, std = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
+    there = cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, values, std)
+    pairs = zip(measured.parameters, values.tolist(), strict=True)
+    return replace(there, found={(of.owner, of.name): value for of, value in pairs if not is_of_rig(of)})
 
 
 def _numbers_of(cell: Cell, readings: Readings) -> int:
@@ -209,4 +218,11 @@ def _numbers_of(cell: Cell, readings: Readings) -> int:
             out += int(np.minimum(seen, NUMBERS).sum())
         elif not name.startswith("sigma"):
             out += int(known.sum())
-    return out
+    touches = [of for of in readings.measured(cell).observations if not of.field and not of.is_known]
+    return out + sum(len(of.components) // of.reading_count * _touches(readings, of) for of in touches)
+
+
+def _touches(readings: Readings, of: _core.Observation) -> int:
+    """Rows of labels that are all that was read."""
+    own = [name for name in readings.labels if name.partition("@")[0] == of.name]
+    return sum(int((readings.labels[name].codes >= 0).sum()) for name in own)

@@ -114,7 +114,7 @@ class KnownFit:
         columns = dict(zip(record.moved, record.directions, strict=True))
         H = np.array([columns.get(name, np.zeros(record.directions.shape[1])) for name in names])
         W = np.zeros((len(names), 0))
-        if any(":" not in view for view in readings.views):
+        if readings.is_read_from_world:
             X = stands_at(cell, readings)
             L, H, cell = turned(cell, X, L), turned(cell, X, H), carried(cell, X)
             W = _ANEW * motions_of_world(cell, measured.parameters)

@@ -166,7 +166,7 @@ def _no_worse(
     """
     everyone = frozenset(arm.name for arm in of.cell.arms)
     held, worse = frozenset[str](), set[str]()
-    while now := worse_sights(errors, frames) - worse:
+    while now := worse_sights(plain, errors, frames) - worse:
         worse |= now
         held |= arms_to_blame(plain, frames.keys(), now, worse)
         arms = tuple(plain.arm(arm.name) if arm.name in held else arm for arm in of.cell.arms)
@@ -174,7 +174,7 @@ def _no_worse(
         as_said = replace(without, arms=everyone - held)
         for tried in (without, as_said) if _entries(without.cell) < _entries(of.cell) else (as_said,):
             of, errors = tried, held_out.errors(tried)
-            if not worse_sights(errors, frames):
+            if not worse_sights(plain, errors, frames):
                 break
     if not worse:
         return of, []
