@@ -20,6 +20,7 @@ from fastcal.calibration.kind_noise import noise_record, scaled
 from fastcal.calibration.lens_start import started_lenses
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
 from fastcal.cells.cell import Cell
+from fastcal.cells.data_notes import data_notes
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.evidence import SharedNoise
 from fastcal.cells.fit import Fit, never_worse
@@ -176,10 +177,11 @@ def calibrate_cell(
     places = rig_start(start, used)
     report("identifying")
     fit = Fit.of(start, used, places, effects=effects, arms=arms, loss=loss, threads=threads, report=report)
-    fit, status, message, held = never_worse(fit, report)
+    of_data = data_notes(start, used, fit.asked)
+    fit, status, message, held = never_worse(fit.of_more_rows(report), report)
     found, solution, noise, shared, measured = fit.found, fit.solution, fit.noise, fit.shared, fit.measured
     model = replace(fit.model, records=way_records(fit.model, readings, threads))
-    readings = replace(readings, notes=(*readings.notes, *held))
+    readings = replace(readings, notes=(*readings.notes, *of_data, *held))
     names = [full_name(parameter) for parameter in found.parameters]
     own = len(start.core.nominal)
     if found.status == "converged":

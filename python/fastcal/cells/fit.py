@@ -33,6 +33,7 @@ from fastcal.said import said
 Progress = Callable[[str], None]
 
 _ENOUGH = 10  # numbers a parameter: with more the geometry is left free without a look
+_MANY_OUT = 0.2  # of the rows: where a fit leaves out more, they may not be what is wrong
 _WIDE = 3.0  # plausible sizes within which the geometry is held before the readings say how much
 
 
@@ -71,14 +72,18 @@ class Fit:
         loss: str,
         threads: int,
         report: Progress,
+        near: Cell | None = None,
     ) -> Fit:
-        """The fit of some arms, or all, by a loss: weighed by the axes' noise, and by what joints or poses share."""
+        """The fit of some arms, or all, by a loss: weighed by the axes' noise, and by what joints or poses share.
+
+        It begins at `start`, or at the same cell as another fit has it, `near`.
+        """
         options: dict[str, Any] = {"effects": effects, "arms": arms, "loss": loss, "threads": threads}
         asked = asked_parameters(start, used, effects=effects, arms=arms)
         sizes = geometry_sizes(start, used, asked)
         few = _numbers_of(start, used) < _ENOUGH * len(asked)
         has_joints = not all(arm.of_poses for arm in start.arms)
-        found = identified(start, used, asked, places, sizes, loss, threads)
+        found = identified(start, used, asked, places, sizes, loss, threads, near)
         measured = used.measured(start)
         solution: Solution = found
         model = there(start, measured, found)
@@ -86,7 +91,7 @@ class Fit:
         kept = np.setdiff1d(np.arange(len(used)), found.outliers)
         weighed, by_axis = with_axis_noise(used, view_errors(model, used.pick(kept)))
         if by_axis and found.status == "converged":
-            found = identified(start, weighed, asked, places, sizes, loss, threads)
+            found = identified(start, weighed, asked, places, sizes, loss, threads, near)
             measured = weighed.measured(start)
             solution, model = found, there(start, measured, found)
             noise = noise_of_axes(noise, weighed, by_axis)
@@ -106,6 +111,19 @@ class Fit:
     def again(self, report: Progress, **options: Any) -> Fit:
         """The same with some options otherwise."""
         return Fit.of(self.start, self.used, self.places, report=report, **{**self.options, **options})
+
+    def of_more_rows(self, report: Progress) -> Fit:
+        """The same, or the fit from where least squares ends, where this one leaves out many rows and that one fewer.
+
+        Far from where all stands, as with a table in two positions, one half of the rows may seem to belong together.
+        """
+        if self.options["loss"] == "none" or len(self.found.outliers) <= _MANY_OUT * len(self.used):
+            return self
+        least = self.again(report, loss="none")
+        near = self.start.with_values(np.asarray(least.solution.theta))
+        tried = self.again(report, near=near)
+        is_better = tried.found.status == "converged" and len(tried.found.outliers) < len(self.found.outliers)
+        return tried if is_better else self
 
     def frames(self) -> Cell | None:
         """Where the members stand with the arms as their files say; None where that is this fit, or none is found."""
@@ -162,18 +180,24 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
         held |= arms_to_blame(fit.start, before.keys(), now, ever)
         tried = fit.again(report, arms=sorted(arms - held))
         now = worse(tried)
+    if status == "converged" and not arms - held:
+        alone = fit.again(report, arms=(), loss="huber")
+        return alone, alone.found.status, alone.found.message, [_as_said(held, ever)]
     if tried.found.status != "converged" or not arms - held:
-        alone = said(
+        what = said(
             "the arms could not be identified: the fit {why}; only the places of the members are fitted", why=why
         )
         status = "not_converged" if status == "converged" else status
-        return fit.again(report, arms=(), loss="huber"), status, alone, []
-    note = said(
+        return fit.again(report, arms=(), loss="huber"), status, what, []
+    return tried, tried.found.status, tried.found.message, [_as_said(held, ever)]
+
+
+def _as_said(arms: Collection[str], views: Collection[str]) -> str:
+    return said(
         "{arms}: as the files say, since {views} would be farther off with it identified than with it as it is",
-        arms=" and ".join(sorted(held)),
-        views=", ".join(sorted(ever)),
+        arms=" and ".join(sorted(arms)),
+        views=", ".join(sorted(views)),
     )
-    return tried, tried.found.status, tried.found.message, [note]
 
 
 def geometry_sizes(cell: Cell, readings: Readings, asked: list[int]) -> float | None:
@@ -183,9 +207,19 @@ def geometry_sizes(cell: Cell, readings: Readings, asked: list[int]) -> float | 
 
 
 def identified(
-    cell: Cell, readings: Readings, asked: list[int], places: RigStart, sizes: float | None, loss: str, threads: int
+    cell: Cell,
+    readings: Readings,
+    asked: list[int],
+    places: RigStart,
+    sizes: float | None,
+    loss: str,
+    threads: int,
+    near: Cell | None = None,
 ) -> _core.Identification:
-    """The asked parameters of a cell and the unknowns of its readings, its geometry held within some sizes or free."""
+    """The asked parameters of a cell and the unknowns of its readings, its geometry held within some sizes or free.
+
+    It begins at the cell, or at the same as another fit has it, `near`.
+    """
     measured = readings.measured(cell)
     given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
     given["unknowns"] = places.of(measured.parameters)
@@ -195,7 +229,7 @@ def identified(
         if max(asked, default=0) >= len(cell.core.nominal)
         else {}
     )
-    return _core.identify(cell.model, readings.samples(cell), measured, **given)
+    return _core.identify((near or cell).model, readings.samples(cell), measured, **given)
 
 
 def there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:

@@ -36,6 +36,7 @@ from fastcal.units import to_si
 FloatArray = NDArray[np.float64]
 _ROUNDS = 8
 _LEAST = 3  # readings that place a member
+_MANY = 0.2  # of the rows of a view: where more are gross, what carries it stands elsewhere than the file has it
 _FAR = 20.0  # plausible errors of a place in the file, in the median, beyond which no fit starts there
 
 
@@ -135,7 +136,8 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
             continue
         if meant := meant_by_poses(A[whole], seen[whole]):
             raise InvalidInput(f"{readings.source}: poses of {target} as {sensor} saw it: {meant}")
-        wrong[view] = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
+        off = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
+        wrong[view] = off if len(off) <= _MANY * whole.sum() else []
         cell = _with_places(cell, {sensor: found[0], target: found[1]})
         loose = loose - {sensor, target}
     return cell, loose, wrong

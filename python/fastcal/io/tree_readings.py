@@ -18,6 +18,7 @@ from functools import cache
 
 import numpy as np
 
+from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Labels, Readings
