@@ -34,8 +34,8 @@ def data_notes(cell: Cell, readings: Readings, asked: Sequence[int]) -> list[Sai
     if still:
         out.append(
             said(
-                "{joints}: at one position in all postures, so that these do not show where the axis is; what was found "
-                "holds at this position alone",
+                "{joints}: at one position in all postures, so that these do not show where the axis is; what was "
+                "found holds at this position alone",
                 joints=", ".join(still),
             )
         )

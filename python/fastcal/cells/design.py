@@ -98,7 +98,7 @@ def design_cell(
     if not 1 <= count <= candidate_count:
         raise InvalidInput(f"count must be between 1 and the {candidate_count} candidates, got {count}")
     random = np.random.default_rng(seed)
-    limits = _limits(cell)
+    limits = joint_limits(cell)
     q = random.uniform(limits[:, 0], limits[:, 1], (candidate_count, len(limits)))
     report("linearizing")
     kinds = [view for view in views if "@" in view]
@@ -164,7 +164,7 @@ def _read_of(cell: Cell, kinds: Sequence[str], count: int) -> dict[str, FloatArr
     return out
 
 
-def _limits(cell: Cell) -> FloatArray:
+def joint_limits(cell: Cell) -> FloatArray:
     """(n, 2) of all joints in the order of the tree."""
     arms = {arm.name: arm for arm in cell.arms}
     own = np.vstack([arms[of.name].robot.limits for of in cell.core.branches if of.joint_count])

@@ -40,7 +40,7 @@ def cost(views: Collection[str], errors: Errors, first: Errors) -> float:
 
 
 def worse_sights(cell: Cell, errors: Errors, frames: Errors) -> set[str]:
-    """Sights of a cell that arms move and that are worse than by frames alone, as a whole or, beyond chance, in a kind."""
+    """Sights that arms move and that are worse than by frames alone, as a whole or, beyond chance, in a kind."""
     sights: dict[str, list[str]] = {}
     for view in frames.keys() & errors.keys():
         sights.setdefault(view.partition("@")[2], []).append(view)

@@ -70,7 +70,10 @@ def without_what_is_contradicted(
     Args:
         cell: As its file says.
         readings: What was read.
-        effects, arms, loss, threads: As of `calibrate_cell`.
+        effects: As of `calibrate_cell`, and so are all others.
+        arms: Of which arms.
+        loss: On the error of a row.
+        threads: Cores.
     """
     free = _free(cell)
     if free is cell:
@@ -111,11 +114,9 @@ def found_distances(
     theta = np.asarray(model.model.start)
     own = [k for k, i in enumerate(free) if i < len(theta)]
     out = []
-    for of in _distances(cell, model, readings, theta, 1):
+    for known, of in zip(cell.distances, _distances(cell, model, readings, theta, 1), strict=True):
         a = of.A[0, [free[k] for k in own]]
         std = float(np.sqrt(max(a @ covariance[np.ix_(own, own)] @ a, 0.0)))
-        known = of.of
-        assert isinstance(known, Distance)
         out.append(
             {
                 "from": known.start,
@@ -215,8 +216,9 @@ def _places(
         own = [i for i in range(first, first + len(PLACEMENT)) if i in asked]
         within[first : first + 3] = np.inf if known.sigma_mm is None else to_si(known.sigma_mm, "mm")
         within[first + 3 : first + 6] = np.inf if known.sigma_deg is None else to_si(known.sigma_deg, "deg")
-        if (at := [i for i in own if np.isfinite(within[i])]):
-            yield Told((kinds[branch.name], branch.name), np.eye(len(theta))[at], (start - theta[:count])[at], within[at])
+        if at := [i for i in own if np.isfinite(within[i])]:
+            of = (kinds[branch.name], branch.name)
+            yield Told(of, np.eye(len(theta))[at], (start - theta[:count])[at], within[at])
     known_here = known_within(cell, measured.parameters)
     for owner in dict.fromkeys(of.owner for of in measured.parameters):
         at = [k for k, of in enumerate(measured.parameters) if of.owner == owner and np.isfinite(known_here[k])]
@@ -254,8 +256,8 @@ def _sentence(of: Told, others: Sequence[Told], V: FloatArray, cell: Cell, model
     if isinstance(of.of, Distance):
         std = float(np.sqrt((of.A @ V @ of.A.T)[0, 0]))
         text = said(
-            "from {first} to {second} the file knows {told} mm (standard deviation {sigma}), the readings say {found} mm "
-            "({std}): it is not used",
+            "from {first} to {second} the file knows {told} mm (standard deviation {sigma}), the readings say {found} "
+            "mm ({std}): it is not used",
             first=of.of.start,
             second=of.of.end,
             told=f"{of.of.mm:.3f}",
@@ -269,8 +271,8 @@ def _sentence(of: Told, others: Sequence[Told], V: FloatArray, cell: Cell, model
         X = np.linalg.inv(pose(before)) @ pose(after)
         angle = from_si(float(np.linalg.norm(np.asarray(_core.log_so3(X[:3, :3])))), "deg")
         text = said(
-            "{name}: the file knows the place {told} mm, the readings say {found} mm, {off} mm and {turn} deg from it: what "
-            "the file knows of it is not used",
+            "{name}: the file knows the place {told} mm, the readings say {found} mm, {off} mm and {turn} deg from it: "
+            "what the file knows of it is not used",
             name=name,
             told=_xyz(before),
             found=_xyz(after),

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: MIT
 """Postures of a cell and readings of its targets out of a CSV, Parquet or Excel file.
 
-Labels of what was touched or measured from are socket@TARGET, plane@TARGET, anchor@TARGET, or ARM.socket where the arm
-has one target. Joints are columns ARM.q1_deg (of a cell's only arm q1_deg) or a URDF's own names with their unit; readings
+Joints are columns ARM.q1_deg (of a cell's only arm q1_deg) or a URDF's own names with their unit; readings
 x_mm@TARGET (from the world) or x_mm@TARGET:SENSOR, distance_mm@TARGET:TARGET, qw@..., sigma_mm@...; x_mm alone is of
-the target `tool`. Speeds of joints are ARM.qd1_deg_s, or NAME_rad_s; ARM.j1_deg is what a pendant shows.
-What else an arm's own file would have: arm_readings.py.
+the target `tool`. Labels of what was touched, or measured from, are socket@TARGET, plane@TARGET, anchor@TARGET, or
+ARM.socket where the arm has one target. Speeds of joints are ARM.qd1_deg_s, or NAME_rad_s; ARM.j1_deg is what a pendant
+shows. What else an arm's own file would have: arm_readings.py.
 """
 
 from __future__ import annotations
@@ -58,7 +58,8 @@ def _labelled() -> dict[str, str]:
 def _touches() -> frozenset[str]:
     """Fields of labels that alone say that something was read: of a socket, a plane."""
     entries = [_core.observation_entry(kind).fields for kind in _core.observation_names()]
-    return frozenset(f.name for own in entries if all(f.role != "measured" for f in own) for f in own if f.role == "label")
+    alone = [own for own in entries if all(field.role != "measured" for field in own)]
+    return frozenset(field.name for own in alone for field in own if field.role == "label")
 
 
 def is_of_a_target(base: str) -> bool:
@@ -150,7 +151,7 @@ def _touching(table: Table, title: str, cell: Cell) -> str:
     if len(own) == 1:
         return own[0]
     meant = [of.name for of in targets if not dot or of.name in own]
-    columns = " or ".join(f"{label}@{name}" for name in meant) or f"{label}@TARGET, with TARGET among the cell's targets"
+    columns = " or ".join(f"{label}@{name}" for name in meant) or f"{label}@TARGET of a target of the cell"
     where = f"{arm} carries {len(own)} targets" if dot else "it names no target"
     raise table.error(f"column '{title:.60}': {where}; expected {columns:.200}")
 

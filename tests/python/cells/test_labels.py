@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Sockets, planes and anchors in cells of several arms: columns of each arm's target, one point for all that touch it."""
+"""Sockets, planes and anchors in cells of several arms: columns of their targets, one point for all that touch it."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ JOINTS = [f"{arm}.q{i}_deg" for arm in ("left", "right") for i in range(1, 7)]
 
 
 def touching(cell: Cell, view: str, p: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """(N, n) joints with the target at p (N, 3), from anywhere: damped steps by differences, begun anew where they fail."""
+    """(N, n) joints with the target at p (N, 3), from anywhere: damped steps, begun anew where they fail."""
     count = len(cell.joint_columns)
 
     def at(q: np.ndarray) -> np.ndarray:

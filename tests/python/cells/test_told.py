@@ -6,7 +6,6 @@ import json
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +25,7 @@ from .test_distances import BAR, cell_of
 from .test_uses import disturbed, two_arms
 
 NOISE = 2e-5  # [m]
+WITHIN = Known(sigma_mm=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -130,14 +130,12 @@ def test_what_is_known_and_true_is_hardly_ever_left_out(tmp_path: Path) -> None:
         true = disturbed(cell, seed)
         q = rng.uniform(-1.5, 1.5, (30, len(cell.joint_columns)))
         readings = simulate_cell(true, Readings(q, {}, "drawn"), noise=NOISE, seed=seed)
-
-        def known(of: Any) -> Any:
-            place = true_places[of.name]
-            xyz = [x + rng.normal(0, 0.1) for x in place["xyz_mm"]]
-            return replace(of, place={**place, "xyz_mm": xyz}, known=Known(sigma_mm=0.1))
-
-        true_places = {of.name: of.place for of in true.points}
-        told = replace(cell, points=tuple(known(of) for of in cell.points))
+        off = {of.name: rng.normal(0, 0.1, 3) for of in true.points}
+        points = tuple(
+            replace(of, place={**of.place, "xyz_mm": (of.place["xyz_mm"] + off[of.name]).tolist()}, known=WITHIN)
+            for of in true.points
+        )
+        told = replace(cell, points=points)
         assert calibrate_cell(told, readings).notes == []
 
 
