@@ -23,6 +23,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import align
 from fastcal.calibration.hand_eye import gross, hand_eye
 from fastcal.calibration.picture_arm import meant_by_poses
+from fastcal.cells.asked import arms_between
 from fastcal.cells.cell import SIGMA_MM, Cell, Known
 from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.readings import Readings
@@ -137,7 +138,8 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
         if meant := meant_by_poses(A[whole], seen[whole]):
             raise InvalidInput(f"{readings.source}: poses of {target} as {sensor} saw it: {meant}")
         off = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
-        wrong[view] = off if len(off) <= _MANY * whole.sum() else []
+        is_told = all(cell.arm(name).of_poses for name in arms_between(cell, view))  # by controllers, and not by files
+        wrong[view] = off if is_told or len(off) <= _MANY * whole.sum() else []
         cell = _with_places(cell, {sensor: found[0], target: found[1]})
         loose = loose - {sensor, target}
     return cell, loose, wrong
