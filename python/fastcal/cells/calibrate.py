@@ -24,6 +24,7 @@ from fastcal.cells.data_notes import data_notes
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.evidence import SharedNoise
 from fastcal.cells.fit import Fit, never_worse
+from fastcal.cells.misfit import check_cell_fit
 from fastcal.cells.paths import serial_ways
 from fastcal.cells.placements import Placement, placements
 from fastcal.cells.readings import Readings
@@ -190,6 +191,10 @@ def calibrate_cell(
         record = cell_record(solution, measured, found.parameters[:count], kinds, found.degrees_of_freedom)
         unseen, directions = unseen_directions(found, names[:count])
         model = replace(model, record=replace(record, moved=unseen, directions=directions).to_spec())
+    views = view_errors(model, readings)
+    readings = replace(
+        readings, notes=(*readings.notes, *check_cell_fit(given, readings, views, as_read=as_read))
+    )
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
     before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))

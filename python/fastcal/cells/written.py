@@ -82,7 +82,7 @@ def written_cell(
         mend: As of `calibrate_cell`.
         threads: Cores.
     """
-    options: dict[str, Any] = {"mend": mend, "threads": threads}
+    options: dict[str, Any] = {"mend": mend, "threads": threads, "as_read": True}  # each way has judged its columns
     tried = {"": _Try(found, found is not plain)}
     bare = replace(found, arms=tuple(_without_curves(arm, plain.arm(arm.name)) for arm in found.arms))
     has_curves = _entries(bare) != _entries(found)

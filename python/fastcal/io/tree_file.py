@@ -184,16 +184,31 @@ def _check(cell: Cell, top: Fields) -> None:
             top.refuse(f"arms.{arm.name}", "its robot file has cameras or boards; expected them in the cell's own file")
     try:
         core = cell.core
-        for known in cell.distances:
-            _ = core.frame(known.start), core.frame(known.end)
     except InvalidInput as error:
-        raise ParseError(str(error), top.path) from None
+        lost = str(error).endswith("no such frame")
+        raise ParseError(f"{error}; expected {_frames(cell)}" if lost else str(error), top.path) from None
+    for k, known in enumerate(cell.distances):
+        for key, end in (("from", known.start), ("to", known.end)):
+            try:
+                core.frame(end)
+            except InvalidInput:
+                names = ", ".join(of.name for of in cell.points) or "none"
+                top.refuse(
+                    f"known_distances[{k}].{key}",
+                    f"there is no '{end:.60}'; expected a target or sensor, which are {names}, {_frames(cell)}",
+                )
     for key, own in (("cameras", cell.cameras), ("boards", cell.boards)):
         for name, entry in own.items():
             try:
                 core.frame(entry["on"])
             except InvalidInput as error:
                 top.refuse(f"{key}.{name}", f"stands on '{entry['on']:.60}': {error}")
+
+
+def _frames(cell: Cell) -> str:
+    """What a member may stand on, in words."""
+    arms = [f"{arm.name}, {arm.name}.base or {arm.name}.link1 to {arm.flange}" for arm in cell.arms]
+    return ", ".join(["world", *arms])
 
 
 def _distances(top: Fields) -> tuple[Distance, ...]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -24,7 +24,7 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Labels, Readings
 from fastcal.errors import InvalidInput
 from fastcal.io.arm_readings import arm_conditions
-from fastcal.io.columns import SPEEDS
+from fastcal.io.columns import SPEEDS, is_condition
 from fastcal.io.flange_columns import flange_columns, flange_joints
 from fastcal.io.pendant_columns import with_chain_columns
 from fastcal.io.table import Table
@@ -102,8 +102,10 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
         elif (at or has_tool) and is_of_a_target(base):
             _take(table, place, base.lower(), unit, _checked_view(table, title, view if at else TOOL, cell), tables)
         else:
+            _check_known_unit(table, title, base if at else "")
             others.append(place)
-    q = _joint_positions(table, joints, cell, {arm: flange_joints(table, found) for arm, found in flanges.items()})
+    of_poses = {arm: flange_joints(table, found) for arm, found in flanges.items()}
+    q = _joint_positions(table, joints, cell, others, of_poses)
     _make_unit(table, tables)
     if require_measured:
         _check_measured(table, cell, tables, labels)
@@ -111,6 +113,17 @@ def load_readings(path: str | os.PathLike[str], cell: Cell, *, require_measured:
     found = Readings(q, tables, table.path, (*table.notes, *notes), _speeds(table, speeds, q), arms=arms, labels=labels)
     _check_views(table, cell, found)
     return found
+
+
+def _check_known_unit(table: Table, title: str, base: str) -> None:
+    """Is a column of a target one whose unit alone is not known, as x_cm@smr?"""
+    name, _, unit = base.lower().rpartition("_")
+    kind = _read()[name][2] if name in _read() else None
+    if kind is not None:
+        raise table.error(
+            f"column '{title:.60}': '{unit:.20}' is no unit of {kind} known here; expected one of "
+            f"{', '.join(unit_names(kind))}"
+        )
 
 
 def _put(table: Table, place: int, joint: int, into: dict[int, int]) -> None:
@@ -187,9 +200,9 @@ def _joint(table: Table, title: str, base: str, cell: Cell) -> int | None:
 
 
 def _joint_positions(
-    table: Table, joints: Mapping[int, int], cell: Cell, flanges: Mapping[str, FloatArray]
+    table: Table, joints: Mapping[int, int], cell: Cell, others: Sequence[int], flanges: Mapping[str, FloatArray]
 ) -> FloatArray:
-    """(N, n) of all joints, SI; `flanges` are those of arms of which only the pose is known."""
+    """(N, n) of all joints, SI; `others` are columns of none, `flanges` arms of which only the pose is known."""
     q = np.empty((len(table), len(cell.joint_columns)))
     for joint, columns in enumerate(cell.joint_columns):
         arm, _, number = columns[0].rpartition(".q")
@@ -198,7 +211,9 @@ def _joint_positions(
             continue
         if joint not in joints:
             unit = "deg" if cell.joint_types[joint] == "revolute" else "mm"
-            raise table.error(f"there is no column of the joint {columns[0]}; expected {columns[0]}_{unit}")
+            meant = [table.names[place] for place in others if not is_condition(table.names[place])]
+            got = f", got columns that are of no joint: {', '.join(meant):.120}" if meant else ""
+            raise table.error(f"there is no column of the joint {columns[0]}; expected {columns[0]}_{unit}{got}")
         place = joints[joint]
         q[:, joint] = _in_si(table, place, parse_name(table.names[place])[1] or "rad")
         if np.isnan(q[:, joint]).any():
