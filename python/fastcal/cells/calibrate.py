@@ -17,6 +17,7 @@ from fastcal.calibration.data_notes import unseen_directions
 from fastcal.calibration.inspection import check_columns
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.kind_noise import noise_record, scaled
+from fastcal.calibration.known_lengths import KnownLength, known_lengths, length_notes
 from fastcal.calibration.lens_start import started_lenses
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
 from fastcal.cells.cell import Cell
@@ -191,6 +192,8 @@ def calibrate_cell(
         record = cell_record(solution, measured, found.parameters[:count], kinds, found.degrees_of_freedom)
         unseen, directions = unseen_directions(found, names[:count])
         model = replace(model, record=replace(record, moved=unseen, directions=directions).to_spec())
+    lengths = _touched_lengths(given, solution, measured)
+    readings = replace(readings, notes=(*readings.notes, *length_notes([of.entry for of in given.touched], lengths)))
     views = view_errors(model, readings)
     readings = replace(
         readings, notes=(*readings.notes, *check_cell_fit(given, readings, views, as_read=as_read))
@@ -220,7 +223,10 @@ def calibrate_cell(
         test=None if test is None else kind_errors(model, test, before),
         test_views=None if test is None else view_errors(model, test, before),
         shared=shared,
-        known_distances=found_distances(given, model, readings, list(solution.free), np.asarray(solution.covariance)),
+        known_distances=[
+            *found_distances(given, model, readings, list(solution.free), np.asarray(solution.covariance)),
+            *({**of.to_json_dict(), "used": False} for of in lengths),
+        ],
         notes=list(readings.notes),
     )
 
@@ -235,6 +241,16 @@ def _checked_columns(cell: Cell, readings: Readings, *, as_read: bool) -> list[s
             raise InvalidInput(said("target {name}: {text}", name=way.name, text=str(error))) from None
         out |= dict.fromkeys(said("target {name}: {text}", name=way.name, text=text) for text in found)
     return list(out)
+
+
+def _touched_lengths(cell: Cell, found: Solution, measured: _core.Measurements) -> list[KnownLength]:
+    """The known lengths of a cell between points that were touched; they are reported and not imposed."""
+    own, count = [(of.owner, of.name) for of in measured.parameters], len(cell.model.start)
+    covariance = np.zeros((len(own), len(own)))
+    free = [(k, i - count) for k, i in enumerate(found.free) if i >= count]
+    here, to = [k for k, _ in free], [i for _, i in free]
+    covariance[np.ix_(to, to)] = np.asarray(found.covariance)[np.ix_(here, here)]
+    return known_lengths([of.entry for of in cell.touched], own, np.asarray(found.theta)[count:], covariance)
 
 
 def record_of(noise: dict[str, KindNoise], shared: SharedNoise | None) -> dict[str, tuple[float, str]]:

@@ -146,7 +146,9 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     for entry in (*rig["cameras"].values(), *rig["boards"].values()):
         entry["on"], place = stands_on(entry["on"], {"xyz_mm": entry["xyz_mm"], "rpy_deg": entry["rpy_deg"]})
         entry |= place
-    cell = Cell(name, arms, placed, distances, **rig, record=record)
+    touched = tuple(of for of in distances if " " in of.start and " " in of.end)  # of frames no name has a blank
+    distances = tuple(of for of in distances if of not in touched)
+    cell = Cell(name, arms, placed, distances, **rig, record=record, touched=touched)
     _check(cell, top)
     return replace(cell, records=_records(cell, records, top)) if records else cell
 
@@ -243,10 +245,8 @@ def cell_text(cell: Cell, comment: str = "") -> str:
     for key, own in (("cameras", cell.cameras), ("boards", cell.boards)):
         if own:
             content[key] = {name: dict(entry) for name, entry in own.items()}
-    if cell.distances:
-        content["known_distances"] = [
-            {"from": of.start, "to": of.end, "mm": of.mm, "sigma_mm": of.sigma_mm} for of in cell.distances
-        ]
+    if known := [*cell.distances, *cell.touched]:
+        content["known_distances"] = [of.entry for of in known]
     if cell.record is not None:
         content["calibration"] = dict(cell.record)
     if cell.records:

@@ -330,8 +330,7 @@ def test_models_of_arms_with_effects_are_compared(tmp_path: Path) -> None:
     for seed, compliance in ((21, 1e-5), (22, 1.3e-5)):
         true = cell_of(tmp_path, left=[effect(*SOFT_OF, compliance)])
         asked = cell_of(tmp_path, left=[effect(*SOFT_OF, 0.0)])
-        sent = loaded(true, 90, seed)
-        read = simulate_cell(true, sent, ["smr_left", "smr_right"], noise=NOISE, seed=seed)
+        read = simulate_cell(true, loaded(true, 50, seed), ["smr_left"], noise=NOISE, seed=seed)
         models.append(calibrate_cell(asked, read, effects=True).cell)
     left, right = compare_cells(*models).ways
     found = {(of.owner, of.name): of for of in left.significant}

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Sockets, planes and anchors in cells of several arms: columns of their targets, one point for all that touch it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from fastcal import _core
 from fastcal.cells.branches import ways_of
 from fastcal.cells.calibrate import CellResult, calibrate_cell
-from fastcal.cells.cell import Cell
+from fastcal.cells.cell import Cell, Distance
 from fastcal.cells.readings import Labels, Readings
 from fastcal.cells.simulate import view_poses
 from fastcal.errors import ParseError
@@ -91,6 +92,20 @@ def test_two_arms_that_touch_the_same_sockets_stand_where_they_do(
     held_out = again.test["socket"].statistics[1]
     assert held_out is not None
     assert held_out.rms < 2 * NOISE * np.sqrt(3)
+
+
+def test_a_known_length_between_sockets_is_reported(touched: tuple[Cell, Cell, Readings, CellResult]) -> None:
+    _, cell, read, _ = touched
+    a, b = (np.array(SOCKETS[name]) for name in "ab")
+    mm = 1e3 * float(np.linalg.norm(a - b))
+    for told, agrees in ((mm, True), (1.1 * mm, False)):
+        found = calibrate_cell(replace(cell, touched=(Distance("socket a", "socket b", told, 0.1),)), read, arms=())
+        (length,) = found.known_distances
+        assert length["found_mm"] == pytest.approx(mm, abs=5e3 * NOISE)
+        assert not length["used"]
+        assert length["scale"] == pytest.approx(told / mm, rel=1e-3)
+        assert ("they agree" in found.notes[-1]) == agrees
+        assert found.cell.touched
 
 
 def test_derivatives_of_a_shared_socket_are_those_of_differences(
