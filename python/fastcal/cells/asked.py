@@ -36,7 +36,8 @@ def asked_parameters(
     that are not among `arms`, where that is given, only where they stand.
 
     What carries both moves them together, and no reading shows it. A tool's own place is that of the targets on it. A
-    base that stands on a fork of one URDF is the origin of its first joint.
+    base that stands on a fork of one URDF is the origin of its first joint. Touches of sockets alone leave the world
+    where its first arm stands.
     """
     core, parameters = cell.core, cell.core.parameters
     between = _frames_between(core, readings.sights(cell))
@@ -44,6 +45,7 @@ def asked_parameters(
     turned = {view.partition(":")[0] for kind, _, view in kinds if kind == "rotation"}
     sensors = {view.partition(":")[2] for kind, _, view in kinds if kind in ("position", "rotation")}
     poses = {each.name for each in cell.arms if each.of_poses}
+    ground = _ground(cell, readings)
     out = []
     for branch in core.branches:
         if branch.name in poses:
@@ -56,7 +58,7 @@ def asked_parameters(
                 shown = branch.name in turned | sensors or not parameter.name.startswith("r")
                 wanted = not fixed and shown and branch.first_frame in between
             elif place == "base":
-                wanted = not fixed and branch.first_frame in between
+                wanted = not fixed and branch.first_frame in between and branch.name != ground
             else:
                 is_asked = arms is None or branch.name in arms
                 wanted = is_asked and place != "tool" and core.frame(parameter.owner) in between
@@ -68,6 +70,13 @@ def asked_parameters(
         out += () if effect.penalty or (arms is not None and member.name not in arms) else own
         at = own.stop
     return out
+
+
+def _ground(cell: Cell, readings: Readings) -> str | None:
+    """The arm whose base says where the world is, where touches of unknown places, and no instrument there, show it."""
+    if not readings.labels or readings.is_read_from_world:
+        return None
+    return next((of.name for of in cell.arms if of.on == "world"), None)
 
 
 def with_effects(cell: Cell, text: str) -> Cell:

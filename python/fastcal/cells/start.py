@@ -24,6 +24,7 @@ from fastcal.calibration.alignment import align
 from fastcal.calibration.hand_eye import gross, hand_eye
 from fastcal.calibration.picture_arm import meant_by_poses
 from fastcal.calibration.point_hand_eye import meant_by_points, point_hand_eye
+from fastcal.cells.asked import arms_between
 from fastcal.cells.cell import SIGMA_MM, Cell, Known, Point
 from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.readings import Readings
@@ -37,6 +38,7 @@ from fastcal.units import to_si
 FloatArray = NDArray[np.float64]
 _ROUNDS = 8
 _LEAST = 3  # readings that place a member
+_MANY = 0.2  # of the rows of a view: where more are gross, what carries it stands elsewhere than the file has it
 _FAR = 20.0  # plausible errors of a place in the file, in the median, beyond which no fit starts there
 
 
@@ -146,7 +148,9 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
             continue
         if meant := meant_by_poses(A[whole], seen[whole]):
             raise InvalidInput(f"{readings.source}: poses of {target} as {sensor} saw it: {meant}")
-        wrong[view] = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
+        off = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
+        is_told = all(cell.arm(name).of_poses for name in arms_between(cell, view))  # by controllers, and not by files
+        wrong[view] = off if is_told or len(off) <= _MANY * whole.sum() else []
         cell = _with_places(cell, {sensor: found[0], target: found[1]})
         loose = loose - {sensor, target}
     return cell, loose, wrong
