@@ -14,14 +14,15 @@ import typer
 from typer.core import TyperGroup
 
 from fastcal.cli.arm_links import with_links
-from fastcal.cli.console import NOT_CONVERGED, fail, manner
-from fastcal.cli.languages import with_language
+from fastcal.cli.console import NOT_CONVERGED, fail, manner, spoken
+from fastcal.cli.languages import asked_for, with_language
 from fastcal.cli.manners import examples, with_manners
 from fastcal.cli.own_inputs import keeps_its_inputs
 from fastcal.cli.pages import with_page
 from fastcal.cli.tracker import with_tracker
 from fastcal.cli.who import with_who
 from fastcal.errors import FastcalError, InvalidInput, Undetermined, unloaded
+from fastcal.said import sentence_of
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -119,7 +120,7 @@ def application(names: Iterable[str] = COMMANDS, *, listed: bool = False) -> typ
         if listed:
             app.command(name, help=command.__doc__)(_listed)
             continue
-        whole = with_page(name, with_who(with_tracker(with_links(keeps_its_inputs(with_language(name, command))))))
+        whole = with_page(name, with_who(with_tracker(with_links(keeps_its_inputs(with_language(command))))))
         app.command(name, epilog=examples(name, command))(with_manners(whole))
     return app
 
@@ -185,19 +186,20 @@ def _needed(arguments: Sequence[str]) -> typer.Typer:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs `fastcal` with the given arguments, or with those of the process; returns the exit code."""
-    manner.set("text")
     given = sys.argv[1:] if arguments is None else arguments
+    manner.set("text")
+    spoken.set(asked_for(given))
     try:
         code = typer.main.get_command(_needed(given)).main(arguments, prog_name="fastcal", standalone_mode=False)
         sys.stdout.flush()
     except Undetermined as error:
-        return _failed(str(error), NOT_CONVERGED)
+        return _failed(sentence_of(error), NOT_CONVERGED)
     except FastcalError as error:
-        return _failed(str(error), BAD_INPUT)
+        return _failed(sentence_of(error), BAD_INPUT)
     except _UsageError as error:
         said = str(error.format_message()).replace("Value error, ", "")  # type: ignore[attr-defined]
         command = getattr(getattr(error, "ctx", None), "command_path", "fastcal")
-        return _failed(f"{said} (see {command} --help)", BAD_INPUT)
+        return _failed(said, BAD_INPUT, command)
     except (KeyboardInterrupt, typer.Abort):
         return _failed("interrupted", INTERRUPTED)
     except BrokenPipeError:
@@ -217,6 +219,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return int(code or OK)
 
 
-def _failed(message: str, code: int) -> int:
-    fail(message)
+def _failed(message: str, code: int, command: str = "") -> int:
+    fail(message, command)
     return code

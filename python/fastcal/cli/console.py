@@ -20,6 +20,9 @@ LEFT = 5  # the exit code of --strict where a part of a program was left as not 
 # What moves a terminal's cursor, colours it, names its window or turns the direction of writing.
 _CONTROL = re.compile("[\x00-\x08\x0a-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
+_WARNING, _ERROR = {"en": "warning", "de": "Warnung"}, {"en": "error", "de": "Fehler"}
+_SEE = {"en": "see", "de": "siehe"}
+
 
 def visible(text: str) -> str:
     """The text on one line, with control characters, which names in files may hold, written out as escapes."""
@@ -28,12 +31,24 @@ def visible(text: str) -> str:
 
 Manner = Literal["text", "quiet", "json"]
 manner: ContextVar[Manner] = ContextVar("manner", default="text")
+spoken: ContextVar[str] = ContextVar("spoken", default="en")  # the language, of which the English needs no catalogue
+
+
+def retold(text: str) -> str:
+    """A sentence of a lower room in the language of the command."""
+    if spoken.get() == "en":
+        return text
+    from fastcal.report.language import in_language
+    from fastcal.report.language import retold as again
+
+    with in_language(spoken.get()):
+        return again(text)
 
 
 def say(text: str) -> None:
     """A line of a summary on standard output, where one is wanted."""
     if manner.get() == "text":
-        typer.echo(visible(text))
+        typer.echo(visible(retold(text)))
 
 
 def emit(content: Mapping[str, Any]) -> None:
@@ -63,12 +78,14 @@ def tell(found: Result, lines: Iterable[str], output: Path | None = None) -> Non
 def warn(warnings: Iterable[str]) -> None:
     """A line on standard error for each."""
     for text in warnings:
-        typer.echo(f"fastcal: warning: {visible(text)}", err=True)
+        typer.echo(f"fastcal: {_WARNING[spoken.get()]}: {visible(retold(text))}", err=True)
 
 
-def fail(text: str) -> None:
-    """The one line of an error, on standard error."""
-    typer.echo(f"fastcal: error: {visible(' '.join(text.splitlines()))}", err=True)
+def fail(text: str, command: str = "") -> None:
+    """The one line of an error, on standard error, and of which command the help tells more."""
+    after = f" ({_SEE[spoken.get()]} {command} --help)" if command else ""
+    line = visible(" ".join(retold(text).splitlines()))
+    typer.echo(f"fastcal: {_ERROR[spoken.get()]}: {line}{after}", err=True)
 
 
 @contextmanager
@@ -83,4 +100,4 @@ def progress() -> Iterator[Callable[[str], None]]:
 
     with Live(console=Console(stderr=True), transient=True) as live:
         # Drawn at once: a step may end before the next turn of the spinner.
-        yield lambda text: live.update(Spinner("dots", text=f"{visible(text)} ..."), refresh=True)
+        yield lambda text: live.update(Spinner("dots", text=f"{visible(retold(text))} ..."), refresh=True)

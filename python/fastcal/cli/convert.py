@@ -58,7 +58,7 @@ def convert(
         lost = write_spec(found.spec, output, drop_effects=drop_effects)
         notes = [*(f"{name} was dropped" for name in found.dropped), *found.notes, *_left_out(lost, robot)]
     warn(notes)
-    say(f"{output}: {spec['name']} as {to}")
+    say(f"{output}: {spec['name']} ({to})")
     emit({"file": str(output), "robot": spec["name"], "from": spec["kinematics"], "to": to, "notes": notes})
 
 

@@ -79,7 +79,7 @@ SpeedPercent = Annotated[
 ]
 
 
-def _language(text: str) -> str:
+def language_named(text: str) -> str:
     """En or de, of what may be a locale's name: de_DE.UTF-8."""
     name = text.lower().replace("-", "_").partition(".")[0].partition("_")[0]
     if name not in LANGUAGES:
@@ -93,7 +93,7 @@ PageLanguage = Annotated[
     typer.Option(
         envvar="FASTCAL_LANGUAGE",
         metavar="en|de",
-        parser=_language,
+        parser=language_named,
         help="Language of the report and the terminal output.",
     ),
 ]

@@ -17,10 +17,13 @@ from typing import Any
 
 import yaml
 
+from fastcal.report.retelling import Retelling
 from fastcal.said import Said, filled
 
 LANGUAGES = ("en", "de")
 LANGUAGE = "FASTCAL_LANGUAGE"  # the variable that names it where an option does not
+_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # in C it takes a twentieth of the time
+_retellings: dict[int, Retelling] = {}  # by the catalogue, which each keeps
 language: ContextVar[str] = ContextVar("language", default="en")
 
 
@@ -46,8 +49,13 @@ def _(message: str, /, **values: Any) -> str:
 
 
 def retold(note: str) -> str:
-    """A note of a lower room in the language of the page, where the room said it in parts; else as it is."""
-    return _(note) if isinstance(note, Said) else note
+    """A note or an error of a lower room in the language of the page, whether the room said it in parts or as it is."""
+    if isinstance(note, Said):
+        return _(note)
+    if language.get() == "en":
+        return note
+    known = catalogue(language.get())
+    return _retellings.setdefault(id(known), Retelling(known, decimal_sign())).again(note)
 
 
 def mid_sentence(name: str) -> str:
@@ -68,5 +76,5 @@ def catalogue(name: str) -> Mapping[str, str]:
     found: dict[str, str] = {}
     for file in (importlib.resources.files("fastcal.report") / "messages").iterdir():
         if file.name.partition(".")[0].partition("_")[0] == name:  # de.yaml, and what is not of pages: de_studio.yaml
-            found |= yaml.safe_load(file.read_text(encoding="utf-8"))
+            found |= yaml.load(file.read_text(encoding="utf-8"), _Loader)  # noqa: S506  a safe one
     return found

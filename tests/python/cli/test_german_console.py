@@ -114,3 +114,41 @@ def test_german_sentences_of_a_command(folder: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("FASTCAL_LANGUAGE", "fr")
     assert main(["evaluate", "cal/model.yaml", "test.csv"]) == 2
     assert "expected en or de, got 'fr'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("line", "german"),
+    [
+        ("calibrate ur5 nothing.csv -o out", "Fehler: nothing.csv: diese Datei gibt es nicht"),
+        ("calibrate ur6 fit.csv -o out", "Fehler: ur6: diese Datei gibt es nicht, und kein mitgelieferter"),
+        ("calibrate ur5 fit.csv", "Fehler: Die Option '-o' / '--output' fehlt. (siehe fastcal calibrate --help)"),
+        ("calibrate ur5 bad.csv -o out", "Fehler: bad.csv:2: erwartet 9 Zellen wie in der Kopfzeile, gefunden 8"),
+        ("diagnose ur5 few.csv -o out", "Fehler: few.csv: Basis und Werkzeug brauchen mindestens drei gemessene"),
+        ("check ur5 fit.csv", "Fehler: ur5 hält keine Kovarianz seiner Parameter; erwartet eine model.yaml"),
+        ("compare ur5 ur5", "Warnung: ein Modell ohne Kovarianz hat keine Standardabweichungen"),
+        ("detect . --cell ur5 -o out.csv", "Fehler: ur5: hat keine Kameras oder keine Tafeln"),
+        ("import bare.csv -o out.csv", "Fehler: bare.csv: hat keine Kopfzeile, daher sind ihre 3 Spalten nicht"),
+        ("accept ur5 --plan -o out.mod", "Fehler: --plan braucht --language rapid, krl, fanuc oder urscript"),
+        ("fleet nothing.csv -o out", "Fehler: nothing.csv: diese Datei gibt es nicht"),
+        ("calibrat ur5", "Fehler: Den Befehl 'calibrat' gibt es nicht. Gemeint 'calibrate'?"),
+    ],
+)
+def test_errors_and_warnings_are_german(
+    folder: Path, line: str, german: str, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(folder)
+    rows = Path("fit.csv").read_text().splitlines()
+    Path("few.csv").write_text("\n".join(rows[:3]) + "\n")
+    Path("bad.csv").write_text("\n".join([rows[0], rows[1].rpartition(",")[0]]) + "\n")
+    Path("bare.csv").write_text("1,2,3\n4,5,6\n7,8,10\n")
+    monkeypatch.setenv("FASTCAL_LANGUAGE", "de_DE.UTF-8")
+    main(line.split())
+    assert f"fastcal: {german}" in capsys.readouterr().err
+
+
+def test_json_stays_english(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.chdir(folder)
+    assert main(["compare", "ur5", "ur5", "--page-language", "de", "--json"]) == 0
+    told = capsys.readouterr()
+    assert "a model without covariance has no standard deviations" in told.out
+    assert "Warnung: ein Modell ohne Kovarianz" in told.err
