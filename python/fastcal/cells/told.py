@@ -116,7 +116,7 @@ def found_distances(
     out = []
     for known, of in zip(cell.distances, _distances(cell, model, readings, theta, 1), strict=True):
         a = of.A[0, [free[k] for k in own]]
-        std = float(np.sqrt(max(a @ covariance[np.ix_(own, own)] @ a, 0.0)))
+        std = float(np.sqrt(max(float(a @ covariance[np.ix_(own, own)] @ a), 0.0)))
         out.append(
             {
                 "from": known.start,
