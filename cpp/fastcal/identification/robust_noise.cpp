@@ -22,8 +22,8 @@ constexpr double kNoiseFloor = 1e-10;  // [m or rad]
 constexpr double kFewFreedoms = 5;
 constexpr double kPlausibleNoise = 1e-4;  // [m or rad]: a tracker's or a good camera's
 
-// Numbers of an observation below which its own unknowns may take nearly all of them: its noise is then no less than that
-// of others of its unit, or a plausible one.
+// Numbers of an observation below which its own unknowns may take nearly all of them: its noise is then no less than
+// that of others of its unit, or a plausible one.
 constexpr double kFewNumbers = 20;
 
 constexpr double kFreedomForOutliers = 1.0 / 3;  // of the measured numbers
@@ -85,7 +85,9 @@ double variance_factor(const FitState& fit, const RowErrors& rows) {
 /// The noise of observations of few numbers, which would be that of a fit through them, as large as others have it.
 void lift_few(const FitState& fit, const RowErrors& errors, CommonNoise& tau) {
   const std::vector<PlacedObservation>& observations = fit.problem.measured.observations();
-  const auto is_judged = [&](std::size_t k) { return !observations[k]->claims_sigma() && errors.number_count(static_cast<int>(k)) > 0; };
+  const auto is_judged = [&](std::size_t k) {
+    return !observations[k]->claims_sigma() && errors.number_count(static_cast<int>(k)) > 0;
+  };
   for (std::size_t k = 0; k < tau.size() && tau.size() > 1; ++k) {
     const auto own = static_cast<double>(errors.number_count(static_cast<int>(k)));
     if (!is_judged(k) || own >= kFewNumbers) continue;

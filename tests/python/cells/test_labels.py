@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Sockets, planes and anchors in cells of several arms: columns of their targets, one point for all that touch it."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +15,9 @@ from fastcal.cells.calibrate import CellResult, calibrate_cell
 from fastcal.cells.cell import Cell, Distance
 from fastcal.cells.readings import Labels, Readings
 from fastcal.cells.simulate import view_poses
+from fastcal.cli.app import main
 from fastcal.errors import ParseError
+from fastcal.io.tree_file import write_cell
 from fastcal.io.tree_readings import load_readings
 from fastcal.io.tree_readings_out import write_readings
 from fastcal.io.way_readings import way_datasets
@@ -171,3 +174,19 @@ def test_wrong_labels_get_one_sentence(titles: list[str], row: list[str], senten
     with pytest.raises(ParseError) as error:
         load_readings(path, cell)
     assert sentence in str(error.value)
+
+
+def test_commands_take_touches(touched: tuple[Cell, Cell, Readings, CellResult], tmp_path: Path) -> None:
+    """The page too: its figure has lines of sight that are none where nothing was read, and no arrows."""
+    true, cell, read, _ = touched
+    write_cell(cell, tmp_path / "cell.yaml")
+    write_readings(tmp_path / "read.csv", cell, read)
+    write_readings(tmp_path / "new.csv", cell, touches(true, 9, 3))
+    at = {name: str(tmp_path / name) for name in ("cell.yaml", "read.csv", "new.csv", "out", "e.json")}
+    assert main(["calibrate", at["cell.yaml"], at["read.csv"], "--effects", "none", "-o", at["out"]]) == 0
+    model = str(tmp_path / "out/model.yaml")
+    assert main(["evaluate", model, at["new.csv"], "-o", at["e.json"]]) == 0
+    figures = json.loads((tmp_path / "e.json").read_text(encoding="utf-8"))["kinds"]["socket"]
+    assert figures["before"] is None
+    assert figures["after"]["rms"] < 1.5e3 * NOISE * np.sqrt(3)
+    assert main(["check", model, at["new.csv"]]) in (0, 3)
