@@ -43,6 +43,7 @@ def paper(
     from fastcal.io.atomic import write_text
     from fastcal.io.folder import atomic_folder, check_folder
     from fastcal.io.results import write_json
+    from fastcal.report.language import language, messages_of
     from fastcal_studies import run_study
     from fastcal_studies.page import paper_page
 
@@ -50,7 +51,7 @@ def paper(
         raise InvalidInput(f"--data FOLDER belongs to '{REAL}', and '{REAL}' needs it: got '{name}'")
     check_folder(output, FILES)
     cores = threads or joblib.cpu_count()
-    with progress() as show:
+    with progress() as show, messages_of("fastcal_studies"):
         if data is not None:
             from fastcal_studies.real import run_real
 
@@ -62,15 +63,16 @@ def paper(
             )
     with atomic_folder(output, owned=FILES) as folder:
         write_json(folder / "paper.json", content)
-        write_text(folder / "report.html", paper_page(content))
-    if "sentence" in content:
-        say(content["sentence"])
-    for entry in content["headlines"]:
-        method, best = entry["method"]["median"], entry["best"]["median"]
-        say(f"{entry['measure']}: paper {entry['paper']:.4g}, its method here {method:.4g}, fastcal {best:.4g}")
-    for run in content.get("diagnoses", []):
-        names = ", ".join(f"{one['name']} {one['told']}" for one in run["names"]) or "no name"
-        say(f"arm {run['seed']}: {run['verdict']}, {names}; {_mm(run['after_mm'])}, plain {_mm(run['plain_mm'])}")
+        write_text(folder / "report.html", paper_page(content, language.get()))
+    with messages_of("fastcal_studies"):
+        if "sentence" in content:
+            say(content["sentence"])
+        for entry in content["headlines"]:
+            method, best = entry["method"]["median"], entry["best"]["median"]
+            say(f"{entry['measure']}: paper {entry['paper']:.4g}, its method here {method:.4g}, fastcal {best:.4g}")
+        for run in content.get("diagnoses", []):
+            names = ", ".join(f"{one['name']} {one['told']}" for one in run["names"]) or "no name"
+            say(f"arm {run['seed']}: {run['verdict']}, {names}; {_mm(run['after_mm'])}, plain {_mm(run['plain_mm'])}")
     say(str(output / "report.html"))
     emit({key: content[key] for key in ("paper", "arms", "full", "headlines")})
 

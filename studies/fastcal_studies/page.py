@@ -12,6 +12,7 @@ from typing import Any
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import MISSING, is_known, plural, significant
+from fastcal.report.language import _, decimal_sign, in_language, messages_of, retold
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
 
 _COLOURS = (*figures.COMPONENT_COLOURS, figures.MUTED, figures.ALERT)
@@ -25,12 +26,19 @@ _ROLES = {
 }
 _BAR_OPACITY = 0.75
 _MINUS = "\N{MINUS SIGN}"
-_WRITTEN_NUMBER = re.compile(r"NUM( \(NUM to NUM\))?".replace("NUM", rf"[-{_MINUS}]?[\d.]+"))
+_WRITTEN_NUMBER = re.compile(r"NUM( \(NUM \w+ NUM\))?".replace("NUM", rf"[-{_MINUS}]?[\d.,]+"))
+_KEPT = {"robot", "reference", "number", "kind", "role", "mark"}  # keys of paper.json that no language changes
 _NO_BREAK = "\N{NO-BREAK SPACE}"  # a range and a unit stay on one line; before it a narrow column breaks
 
 
-def paper_page(content: Mapping[str, Any]) -> str:
+def paper_page(content: Mapping[str, Any], language: str = "en") -> str:
     """The HTML text of the page from what paper.json holds; nothing is simulated or fitted here."""
+    with in_language(language), messages_of("fastcal_studies"):
+        return _page(content)
+
+
+def _page(given: Mapping[str, Any]) -> str:
+    content = _again({key: value for key, value in given.items() if key != "runs"})
     arms = int(content["arms"])
     simulated = bool(content.get("simulated", True))
     sections = [
@@ -42,14 +50,14 @@ def paper_page(content: Mapping[str, Any]) -> str:
         }
         for k, section in enumerate(content["sections"], start=1)
     ]
-    headlines, worlds = content["headlines"], _worlds(content["sections"])
+    headlines, worlds = content["headlines"], _worlds(given["sections"])
     return page.render(
         "paper.html",
-        title=f"Study of {content['paper']['robot']}",
+        title=_("Study of {robot}", robot=content["paper"]["robot"]),
         simulated=simulated,
         robot_name=content["paper"]["robot"],
         reference=content["paper"]["reference"],
-        arms=plural(arms, "simulated arm" if simulated else "random split"),
+        arms=plural(arms, "simulated arm") if simulated else plural(arms, "random split"),
         full=content["full"],
         tone="good" if all(h["reached"] and h["bettered"] for h in headlines) and all(worlds) else "caution",
         sentence=content.get("sentence") or f"{_sentence(headlines, arms)}{_in_worlds(worlds, arms)}",
@@ -59,9 +67,9 @@ def paper_page(content: Mapping[str, Any]) -> str:
         how=content["paper"]["arm"],
         sections=sections,
         contents=[
-            *([("headlines", "Headline measures")] if headlines else []),
+            *([("headlines", _("Headline measures"))] if headlines else []),
             *((s["id"], s["title"]) for s in sections),
-            ("arms", "The arms"),
+            ("arms", _("The arms")),
         ],
     )
 
@@ -69,13 +77,18 @@ def paper_page(content: Mapping[str, Any]) -> str:
 def _sentence(headlines: Sequence[Mapping[str, Any]], arms: int) -> str:
     """What the measures show; of one arm there is no median and no range."""
     reached, bettered = (sum(bool(h[key]) for h in headlines) for key in ("reached", "bettered"))
-    measures = f"On {reached} of {plural(len(headlines), 'headline measure')} the paper's method reaches the paper's"
+    counts = {"reached": reached, "bettered": bettered, "measures": plural(len(headlines), "headline measure")}
     if arms == 1:
-        return f"{measures} figure on this one arm; on {bettered} fastcal's best on the same data leaves less."
-    apart = sum(h["best"]["high"] < h["method"]["low"] for h in headlines)
-    return (
-        f"{measures} figure here; on {bettered} the median of fastcal's best on the same data is lower, on {apart} of "
-        "these the ranges over the arms do not overlap."
+        return _(
+            "On {reached} of {measures} the paper's method reaches the paper's figure on this one arm; on {bettered} "
+            "fastcal's best on the same data leaves less.",
+            **counts,
+        )
+    return _(
+        "On {reached} of {measures} the paper's method reaches the paper's figure here; on {bettered} the median of "
+        "fastcal's best on the same data is lower, on {apart} of these the ranges over the arms do not overlap.",
+        apart=sum(h["best"]["high"] < h["method"]["low"] for h in headlines),
+        **counts,
     )
 
 
@@ -90,37 +103,58 @@ def _in_worlds(leads: Sequence[bool], arms: int) -> str:
     """In how many it leads; nothing of a study without worlds."""
     if not leads:
         return ""
-    worlds = plural(len(leads), "world")
-    by = ", by the medians" if arms > 1 else ""
-    return f" It leaves less than every other line in {sum(leads)} of {worlds} of hidden errors{by}."
+    by = _(", by the medians") if arms > 1 else ""
+    told = "It leaves less than every other line in {count} of {worlds} of hidden errors{by}."
+    return " " + _(told, count=sum(leads), worlds=plural(len(leads), "world"), by=by)
 
 
 def _behind(headline: Mapping[str, Any]) -> str:
     here, measure = significant(headline["method"]["median"]), headline["measure"]
     paper = significant(headline["paper"])
-    return f"{measure[0].upper()}{measure[1:]}: {here} here, {paper} in the paper. {headline['why']}"
+    told = _("{measure}: {here} here, {paper} in the paper.", measure=measure, here=here, paper=paper)
+    return f"{told[0].upper()}{told[1:]} {headline['why']}"
 
 
 def _headlines(headlines: Sequence[Mapping[str, Any]]) -> Table:
     titles = ("", "paper", "paper's method here", "fastcal's best")
-    columns = [Column(title, numeric=k > 0) for k, title in enumerate(titles)] + [Column("what is best", numeric=False)]
+    columns = [Column(_(title), numeric=k > 0) for k, title in enumerate(titles)]
+    columns.append(Column(_("what is best"), numeric=False))
     rows = [
         [Cell(h["measure"]), *(_cell(h[key]) for key in ("paper", "method", "best")), Cell(h["best_is"])]
         for h in headlines
     ]
-    return Table("Headline measures: the paper, its method here, fastcal's best.", columns, [Group(rows)])
+    return Table(_("Headline measures: the paper, its method here, fastcal's best."), columns, [Group(rows)])
 
 
 def _part(exhibit: Mapping[str, Any]) -> dict[str, Any]:
     """An exhibit as the template takes it."""
     place = re.sub(r"\W+", "-", f"{exhibit['number']}-{exhibit.get('title', '')}").strip("-").lower()[:60]
     if exhibit["kind"] == "absent":
-        verb = "are" if re.match(r"(Figures|Tables)\b", exhibit["number"]) else "is"
-        return {"kind": "absent", "number": exhibit["number"], "verb": verb, "text": exhibit["why"]}
+        several = re.match(r"(Figures|Tables)\b", exhibit["number"])
+        absent = _("are not shown:") if several else _("is not shown:")
+        return {"kind": "absent", "number": _numbered(exhibit), "verb": absent, "text": exhibit["why"]}
     if exhibit["kind"] == "table":
         drawn = {"kind": "table", "id": f"table-{place}", "table": _table(exhibit), "note": exhibit["note"]}
-        return drawn | {"number": exhibit["number"], "title": exhibit["title"]}
+        return drawn | {"number": _numbered(exhibit), "title": exhibit["title"]}
     return {"kind": "chart", "figure": _chart(exhibit, place)}
+
+
+def _numbered(exhibit: Mapping[str, Any]) -> str:
+    """Its number in the paper, or another name: Table 5."""
+    word, _space, rest = exhibit["number"].partition(" ")
+    known = {"Table": _("Table {number}", number=rest), "Figure": _("Figure {number}", number=rest)}
+    return known.get(word) or retold(exhibit["number"])
+
+
+def _again(value: Any, key: str = "") -> Any:
+    """What paper.json says in the language of the page; the paper's own name, places and roles stay."""
+    if isinstance(value, Mapping):
+        return {name: _again(each, name) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_again(each, key) for each in value]
+    if not isinstance(value, str) or key in _KEPT:
+        return value
+    return value.replace(".", decimal_sign()) if _WRITTEN_NUMBER.fullmatch(value) else retold(value)
 
 
 def _table(exhibit: Mapping[str, Any]) -> Table:
@@ -128,7 +162,7 @@ def _table(exhibit: Mapping[str, Any]) -> Table:
     numeric = [k > 0 and not any(_is_text(row[k]) for row in rows) for k in range(len(exhibit["columns"]))]
     columns = [Column(title, numeric=number) for title, number in zip(exhibit["columns"], numeric, strict=True)]
     return Table(
-        f"{exhibit['number']}: {exhibit['title']}", columns, [Group([[_cell(v) for v in row] for row in rows])]
+        f"{_numbered(exhibit)}: {exhibit['title']}", columns, [Group([[_cell(v) for v in row] for row in rows])]
     )
 
 
@@ -146,7 +180,7 @@ def _cell(value: Any) -> Cell:
         if not is_known(value["median"]):
             return Cell(MISSING)
         middle, low, high = (_number(value[key]) for key in ("median", "low", "high"))
-        text = middle if low == high else f"{middle} ({low}{_NO_BREAK}to{_NO_BREAK}{high})"
+        text = middle if low == high else f"{middle} ({low}{_NO_BREAK}{_('to')}{_NO_BREAK}{high})"
         return number_cell(text, value["median"])
     return number_cell(_number(value), float(value))
 
@@ -156,7 +190,7 @@ def _number(value: float) -> str:
     if float(value).is_integer() and abs(value) < 1e6:
         return f"{value:.0f}".replace("-", _MINUS)
     size = abs(math.log10(abs(value)))
-    return f"{value:.3g}".replace("-", _MINUS) if size >= 4 else significant(value)
+    return f"{value:.3g}".replace("-", _MINUS).replace(".", decimal_sign()) if size >= 4 else significant(value)
 
 
 def _chart(exhibit: Mapping[str, Any], place: str) -> Figure:
@@ -165,7 +199,7 @@ def _chart(exhibit: Mapping[str, Any], place: str) -> Figure:
     for series in exhibit["series"]:
         colour, dash = _ROLES[series["role"]]
         x, y, mark = series["x"], series["y"], series["mark"]
-        hover = f"{series['name']}: %{{y:.3g}} at %{{x}}"
+        hover = _("{name}: %{{y:.3g}} at %{{x}}", name=series["name"])
         if mark == "bars":
             style = {"color": figures.translucent(colour, _BAR_OPACITY)}
             traces.append({"type": "bar", "x": x, "y": y, "marker": style, "hovertemplate": hover + "<extra></extra>"})
@@ -176,7 +210,8 @@ def _chart(exhibit: Mapping[str, Any], place: str) -> Figure:
         key.append(Key(series["name"], colour, {"bars": "solid", "points": "point"}.get(mark, dash)))
     scale = {"type": "log", "exponentformat": "power"} if exhibit["logarithmic"] else {"rangemode": "tozero"}
     drawn = figures.layout(exhibit["x"], exhibit["y"], yaxis=scale, barmode="group", bargap=0.1)
-    of_paper = " of the paper" if exhibit["number"].startswith("Figure") else ""
-    alt = f"{exhibit['number']}{of_paper}: {exhibit['title']}; {exhibit['y']} against {exhibit['x']}."
-    title = f"{exhibit['number']}: {exhibit['title']}"
+    of_paper = _(" of the paper") if exhibit["number"].startswith("Figure") else ""
+    title = f"{_numbered(exhibit)}: {exhibit['title']}"
+    alt = _("{what}; {y} against {x}.", what=f"{_numbered(exhibit)}{of_paper}: {exhibit['title']}", y=exhibit["y"],
+            x=exhibit["x"])  # fmt: skip
     return Figure(place, title, alt, traces, drawn, exhibit["note"], columns=6, height=330, key=key)

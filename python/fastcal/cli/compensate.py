@@ -222,7 +222,7 @@ def _say(found: Compensation) -> None:
 
     counts = {status: int((found.status == status).sum()) for status in dict.fromkeys(found.status.tolist())}
     listed = ", ".join(f"{count} {_(_STATUSES.get(status, status))}" for status, count in counts.items())
-    say(_("{count} targets: {statuses}", count=len(found), statuses=listed))
+    say(f"{_('1 target') if len(found) == 1 else _('{count} targets', count=len(found))}: {listed}")
     if found.reached.any():
         left = from_si(float(np.max(found.position_error[found.reached])), "mm")
         turn = from_si(float(np.max(found.rotation_error[found.reached])), "deg")

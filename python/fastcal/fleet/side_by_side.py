@@ -27,6 +27,10 @@ FEWEST = 5  # arms: fewer have no median to speak of
 _MOST = 60  # arms that a worker takes at once
 
 
+def _arms(arms: Sequence[object]) -> str:
+    return said("1 arm") if len(arms) == 1 else said("{count} arms", count=len(arms))
+
+
 def calibrate_many(
     arms: Sequence[Arm],
     *,
@@ -69,10 +73,10 @@ def calibrate_many(
             work = partial(calibrate_arm, options=options, checks=checks, report=reports, language=language)
             return _rows(some, work, out, _MOST, side_by_side, report)
 
-        report(said("calibrating {count} arms", count=len(arms)))
+        report(said("calibrating {arms}", arms=_arms(arms)))
         found = dict(zip((arm.name for arm in arms), run(arms, check_all), strict=True))
         if not check_all and (odd := suspects(list(found.values()))):
-            report(said("examining {count} arms more closely", count=len(odd)))
+            report(said("examining {arms} more closely", arms=_arms(odd)))
             again = run([arm for arm in arms if arm.name in odd], True)
             found |= {row.name: row for row in again}
     return Fleet(list(found.values()))
@@ -106,7 +110,7 @@ def diagnose_many(
     _check(arms, out)
     report = progress or _silent
     with workers(jobs, cluster) as side_by_side:
-        report(said("diagnosing {count} arms", count=len(arms)))
+        report(said("diagnosing {arms}", arms=_arms(arms)))
         work = partial(diagnose_arm, options=options, language=language)
         return Fleet(_rows(arms, work, out, 1, side_by_side, report))
 
@@ -147,7 +151,7 @@ def _rows(
     found: list[ArmResult] = []
     for part in side_by_side.results(partial(_batch, work=work, out=None if out is None else str(out)), parts):
         found += part
-        report(said("{found} of {count} arms", found=len(found), count=len(arms)))
+        report(said("{found} of {arms} done", found=len(found), arms=_arms(arms)))
     return found
 
 

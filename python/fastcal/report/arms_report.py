@@ -27,15 +27,17 @@ _MOST_NAMES = 8
 def arms_page(found: ArmChecks, language: str = "en") -> str:
     """The HTML text of the page."""
     with in_language(language):
+        count = len(found.arms)
+        of_all = _("of one arm") if count == 1 else _("of {count} arms", count=count)
         changed, open_ = found.of("changed"), found.of("cannot_tell", "unchecked")
         shown = [*changed, *found.of("cannot_tell")][:MOST_ARMS]
         sections = [Section("all", _("All arms"), drawings=present(_ratios(found)), tables=[_table(found)])]
         sections += [_arm(k, arm) for k, arm in enumerate(shown)]
         return page.render(
             "monitoring.html",
-            title=_("Checks of {count} arms", count=len(found.arms)),
+            title=_("Check of one arm") if count == 1 else _("Checks of {count} arms", count=count),
             eyebrow=_("Do the calibrations still hold?"),
-            robot_name=plural(len(found.arms), "arm"),
+            robot_name=plural(count, "arm"),
             simulated=False,
             meta=[],
             verdict=Verdict(
@@ -45,7 +47,7 @@ def arms_page(found: ArmChecks, language: str = "en") -> str:
                 [Remark(f"{arm.name}: {arm_sentence(arm)}", True, "all") for arm in [*changed, *open_][:_MOST_NAMES]],
             ),
             tiles=[
-                (_("Hold"), str(len(found.of("holds"))), _("of {count} arms", count=len(found.arms))),
+                (_("Hold"), str(len(found.of("holds"))), of_all),
                 (_("Changed"), str(len(changed)), _("or out of tolerance")),
                 (_("Cannot tell"), str(len(found.of("cannot_tell"))), ""),
                 (_("Not checked"), str(len(found.of("unchecked"))), ""),

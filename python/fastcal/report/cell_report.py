@@ -239,7 +239,7 @@ def _place_tables(places: Sequence[Placement]) -> list[Table]:
         for of in places:
             values, stds = (of.xyz_mm, of.std_mm) if k == 0 else (of.rpy_deg, of.std_deg)
             own = [number_cell(_with(std, value), value) for value, std in zip(values, stds, strict=True)]
-            named = [Cell(of.name), Cell(_(_MEMBERS[of.kind])), Cell(of.on)][: len(words)]
+            named = [Cell(of.name), Cell(_(_MEMBERS[of.kind])), Cell(_(of.on))][: len(words)]
             rows.append([*named, *own])
         out.append(Table(caption, columns, [Group(rows)]))
     return out

@@ -18,7 +18,7 @@ from fastcal.report.document import document_facts
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import fixed, plural, significant, with_uncertainty
 from fastcal.report.kind_words import noise_text, noise_title
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, in_language, retold
 from fastcal.report.sections import (
     TONES,
     Section,
@@ -215,4 +215,4 @@ def _check_method(found: CheckResult) -> Section:
                 translated("the base has moved by xyz {xyz} mm, rpy {rpy}° in the measuring frame", xyz=xyz, rpy=rpy),
             )
         )
-    return Section("method", _("Method and data"), facts=facts, notes=found.notes)
+    return Section("method", _("Method and data"), facts=facts, notes=[*map(retold, found.notes)])

@@ -50,7 +50,7 @@ from fastcal.report.figures import Figure
 from fastcal.report.formatting import alike, percent
 from fastcal.report.gap import waterfall
 from fastcal.report.kind_words import kind_title, noise_text, noise_title
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, in_language, retold
 from fastcal.report.sections import who_measured
 from fastcal.report.tables import Table, capitalised, unit_text
 from fastcal.report.view import Rows, rows_of
@@ -198,7 +198,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
         normal_plot=residual_figures.normal_plot(train, found.main_noise, found.outliers) if train else None,
         outlier_table=_outlier_table(found, train),
         outlier_count=len(found.outliers),
-        notes=[_(note) for note in found.notes],
+        notes=[*map(retold, found.notes)],
         document=document_facts(made_by),
     )
 

@@ -12,7 +12,7 @@ from fastcal.report import page
 from fastcal.report.figures import Figure
 from fastcal.report.formatting import plural, significant
 from fastcal.report.kind_words import beside_mm
-from fastcal.report.language import _, in_language
+from fastcal.report.language import _, in_language, retold
 from fastcal.report.sections import Section, present, state_word, translated
 from fastcal.report.tables import Cell, Column, Group, Table, in_words, unit_text
 from fastcal.report.words import Remark, Verdict
@@ -40,7 +40,7 @@ def history_page(found: History, language: str = "en") -> str:
         if not one:
             sections.insert(1, table)
         if found.notes:
-            sections.append(Section("notes", _("Notes"), notes=found.notes))
+            sections.append(Section("notes", _("Notes"), notes=[*map(retold, found.notes)]))
         title = arms[0].name if one else _("{count} arms", count=len(arms))
         return page.render(
             "monitoring.html",

@@ -23,6 +23,7 @@ from fastcal.said import Said, filled
 LANGUAGES = ("en", "de")
 LANGUAGE = "FASTCAL_LANGUAGE"  # the variable that names it where an option does not
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # in C it takes a twentieth of the time
+_homes: ContextVar[tuple[str, ...]] = ContextVar("homes", default=("fastcal.report",))  # packages with catalogues
 _retellings: dict[int, Retelling] = {}  # by the catalogue, which each keeps
 language: ContextVar[str] = ContextVar("language", default="en")
 
@@ -68,13 +69,25 @@ def decimal_sign() -> str:
     return "," if language.get() == "de" else "."
 
 
-@functools.cache
+@contextmanager
+def messages_of(package: str) -> Iterator[None]:
+    """Inside, the catalogues are also those in the folder messages/ of another package."""
+    token = _homes.set((*_homes.get(), package))
+    try:
+        yield
+    finally:
+        _homes.reset(token)
+
+
 def catalogue(name: str) -> Mapping[str, str]:
     """The translations into a language, by the English message; empty for English."""
-    if name == "en":
-        return {}
+    return {} if name == "en" else _read(name, _homes.get())
+
+
+@functools.cache
+def _read(name: str, homes: tuple[str, ...]) -> Mapping[str, str]:
     found: dict[str, str] = {}
-    for file in (importlib.resources.files("fastcal.report") / "messages").iterdir():
+    for file in (file for home in homes for file in (importlib.resources.files(home) / "messages").iterdir()):
         if file.name.partition(".")[0].partition("_")[0] == name:  # de.yaml, and what is not of pages: de_studio.yaml
             found |= yaml.load(file.read_text(encoding="utf-8"), _Loader)  # noqa: S506  a safe one
     return found

@@ -14,7 +14,7 @@ from fastcal.monitoring.update import UpdateResult
 from fastcal.monitoring.words import kept_sentence
 from fastcal.report.arms_report import arm_sentence
 from fastcal.report.check_report import check_act, check_reasons, check_sentence
-from fastcal.report.formatting import sized
+from fastcal.report.formatting import plural, sized
 from fastcal.report.language import _ as translated
 from fastcal.report.language import decimal_sign, language
 from fastcal.report.summaries import headline, summary
@@ -71,7 +71,7 @@ def _of_arm(arm: ArmCheck) -> str:
 def _(found: ArmChecks) -> str:
     counts = {state: len(found.of(state)) for state in STATES}
     states = ", ".join(f"{n} {translated(_STATES[s])}" for s, n in counts.items() if n)
-    return translated("{count} arms: {states}", count=len(found.arms), states=states)
+    return f"{plural(len(found.arms), 'arm')}: {states}"
 
 
 @summary.register
@@ -91,11 +91,11 @@ def _(found: UpdateResult) -> str:
 
 @summary.register
 def _(found: UpdateResult) -> list[str]:
-    poses = len(found.before.data)
+    poses = plural(len(found.before.data), "pose")
     done = (
-        translated("up to date from {count} poses", count=poses)
+        translated("up to date from {poses}", poses=poses)
         if found.status == "converged"
-        else translated("not converged on {count} poses", count=poses)
+        else translated("not converged on {poses}", poses=poses)
     )
     lines = [f"{found.model.name}: {done}", translated("before: {sentence}", sentence=_told(found.before)[0])]
     for kind, before, after in found.errors:
@@ -155,12 +155,8 @@ def _(found: Comparison) -> list[str]:
 
 @headline.register
 def _(found: History) -> str:
-    return translated(
-        "{arms} arms, {files} files, {alarms} alarms",
-        arms=len(found.arms),
-        files=sum(len(a.events) for a in found.arms),
-        alarms=len(found.alarms),
-    )
+    files, alarms = sum(len(a.events) for a in found.arms), len(found.alarms)
+    return ", ".join([plural(len(found.arms), "arm"), plural(files, "file"), plural(alarms, "alarm")])
 
 
 @summary.register
@@ -169,8 +165,7 @@ def _(found: History) -> list[str]:
     for arm in found.arms:
         checks = sum(e.kind == "check" for e in arm.events)
         state = translated(_STATES[arm.state])
-        names = {"arm": arm.name, "robot": arm.robot, "state": state, "count": checks}
-        lines.append(translated("{arm} ({robot}): {state}, {count} checks", **names))
+        lines.append(f"{arm.name} ({arm.robot}): {state}, {plural(checks, 'check')}")
         lines += [f"  {a.date} {_alarm(a)}" for a in arm.alarms]
     return lines
 

@@ -56,7 +56,9 @@ def translated(message: str, /, **values: Any) -> str:
 
 
 def printed(text: str) -> str:
-    """A text of the terminal with the signs of the page."""
+    """A text of the terminal with the signs of the page; between numbers with a comma in them stands another sign."""
+    if decimal_sign() == ",":
+        text = re.sub(r"(\.\d+), (?=-?\d+\.\d)", r"\1; ", text)
     text = re.sub(r"(?<=\d)\.(?=\d)", decimal_sign(), text.replace(" +- ", " ± "))
     return re.sub(r"(?<=\d) deg\b", "°", re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text))
 

@@ -133,7 +133,7 @@ def _(found: Evaluation) -> list[str]:
 def evaluation_lines(found: Evaluation, title: str) -> list[str]:
     """What `fastcal evaluate` prints."""
     figures = found.to_json_dict()
-    lines = [translated("{title}: {count} rows", title=title, count=figures["count"])]
+    lines = [f"{title}: {plural(figures['count'], 'row')}"]
     if found.after is not None:
         points = found.after.to_mm()
         lines.append(

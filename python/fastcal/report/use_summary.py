@@ -94,7 +94,7 @@ def _(found: PoseDesign) -> list[str]:
         translated("predicted standard deviation of a coordinate: {sigma:.4g} mm, RMS over the targets", sigma=sigma)
     )
     sizes = (f"{name} {value:.4g}".replace(".", decimal_sign()) for name, value in found.observability.items())
-    lines.append(", ".join(sizes))
+    lines.append(("; " if decimal_sign() == "," else ", ").join(sizes))
     if found.efficiency is not None:
         lines.append(
             translated(

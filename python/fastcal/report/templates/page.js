@@ -8,6 +8,7 @@ const PAPER_GAP = 12;
 const PAPER_CARD = 41; // border and margins of the verdict
 const PAPER_SCENE = [440, 240]; // as in page.css
 const PAPER_ASPECT = { 2: 0.6, 3: 0.42, 4: 0.36, 6: 0.28 };
+const UNITS = /([\d±]) (?=(?:mm|µm|m|px|mrad|rad|deg|Grad|arcmin|kg|Nm?|°C|K|s|A|%|±)(?![\p{L}\d]))/gu;
 const NARROW = 480, LINE = 15; // [pixels]
 const PHONE = 560; // as in page.css
 const plots = [...document.querySelectorAll(".plot")];
@@ -372,7 +373,18 @@ function stackWideTables() {
   }
 }
 
+/** Keeps a number and its unit, and a sign and its number, on one line. */
+function keepUnits() {
+  const walker = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const text = walker.currentNode;
+    if (/\d/.test(text.data) && !text.parentElement.closest("script, code, pre, .plot"))
+      text.data = text.data.replace(UNITS, "$1\u00a0").replace(/([=<>±]) (?=[\d−])/g, "$1\u00a0");
+  }
+}
+
 async function main() {
+  keepUnits();
   stackWideTables();
   document.addEventListener("click", (event) => {
     const button = event.target.closest("button");

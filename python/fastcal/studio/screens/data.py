@@ -11,7 +11,7 @@ from nicegui import events, run, ui
 
 from fastcal.importers.orientation import CONVENTIONS
 from fastcal.place import joint_position
-from fastcal.report.formatting import significant
+from fastcal.report.formatting import plural, significant
 from fastcal.report.language import _, retold
 from fastcal.robots import available
 from fastcal.said import said
@@ -255,7 +255,7 @@ def _result(studio: Studio, found: reading.Understood) -> None:
             command, count = reading.save(project, found, place)
             line.clear()
             with line:
-                ui.label(_("{file}: {count} rows. This command does the same:", file=place, count=count))
+                ui.label(_("{file}: {rows}. This command does the same:", file=place, rows=plural(count, "row")))
                 command_line(command)
                 onward(_("Next: calibrate on the screen Result"), "/result")
 

@@ -14,8 +14,8 @@ from fastcal.fleet import read_list
 from fastcal.fleet.page import OUTSTANDING, STATUSES
 from fastcal.io.tables import read_table
 from fastcal.report.diagnosis_words import VERDICTS
-from fastcal.report.formatting import MISSING, significant
-from fastcal.report.language import _
+from fastcal.report.formatting import MISSING, plural, significant
+from fastcal.report.language import _, retold
 from fastcal.said import said
 from fastcal.studio.files import address
 from fastcal.studio.project import MEASUREMENTS
@@ -84,7 +84,7 @@ def build(studio: Studio) -> None:
                 count = len(read_list(project.path(source.value)))
                 studio.start(
                     "fleet",
-                    said("{count} arms", count=count),
+                    said("1 arm") if count == 1 else said("{count} arms", count=count),
                     "fleet",
                     arms=source.value,
                     out=OUT,
@@ -134,7 +134,7 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
         return _shade(float(text) / usual[key])
 
     failed = [row for row in rows if row.get("status") != "converged"]
-    title = _("{count} arms, {failed} without a model", count=len(rows), failed=len(failed))
+    title = _("{arms}, {failed} without a model", arms=plural(len(rows), "arm"), failed=len(failed))
     hint = _("Red: more than twice the fleet's median; amber: more than one and a half times.")
     with card(title, hint):
         with (
@@ -161,7 +161,7 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
                 if verdict is not None:
                     ui.label(_(verdict[0])).classes("p-1 text-sm").tooltip(row.get("causes", ""))
                 else:
-                    message = row.get("message", "")
+                    message = retold(row.get("message", ""))
                     ui.label(message).classes("p-1 text-sm truncate said").tooltip(message)
         page = studio.project.path(f"{OUT}/report.html")
         if page.exists():

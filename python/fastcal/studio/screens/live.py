@@ -11,7 +11,7 @@ from nicegui import run, ui
 
 from fastcal.live import LiveSession, has_ros
 from fastcal.measurements.dataset import Dataset
-from fastcal.report.formatting import fixed, significant
+from fastcal.report.formatting import fixed, plural, significant
 from fastcal.report.language import _, retold
 from fastcal.said import said
 from fastcal.studio import pictures
@@ -224,7 +224,7 @@ def _fill(session: LiveSession, last: Any, sigma: Any, count: Any) -> None:
         last.text = _("row {row}", row=len(session.rows) - 1) + f": {retold(row.judgement.text) or _('ok')}"
         last.classes(replace=f"text-lg {'text-positive' if good else 'text-negative font-bold'}")
     kept = len(session.kept)
-    count.text = _("{rows} rows, {kept} kept", rows=len(session.rows), kept=kept)
+    count.text = _("{rows}, {kept} kept", rows=plural(len(session.rows), "row"), kept=kept)
     if session.deviation is None:
         sigma.text = _("σ not known yet")
         return
