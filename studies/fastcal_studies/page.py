@@ -28,6 +28,7 @@ _BAR_OPACITY = 0.75
 _MINUS = "\N{MINUS SIGN}"
 _WRITTEN_NUMBER = re.compile(r"NUM( \(NUM \w+ NUM\))?".replace("NUM", rf"[-{_MINUS}]?[\d.,]+"))
 _KEPT = {"robot", "reference", "number", "kind", "role", "mark"}  # keys of paper.json that no language changes
+_UNIT = " (mm)"
 _NO_BREAK = "\N{NO-BREAK SPACE}"  # a range and a unit stay on one line; before it a narrow column breaks
 
 
@@ -154,7 +155,20 @@ def _again(value: Any, key: str = "") -> Any:
         return [_again(each, key) for each in value]
     if not isinstance(value, str) or key in _KEPT:
         return value
-    return value.replace(".", decimal_sign()) if _WRITTEN_NUMBER.fullmatch(value) else retold(value)
+    if _WRITTEN_NUMBER.fullmatch(value):
+        return value.replace(".", decimal_sign()).replace(" to ", f" {_('to')} ")
+    if (told := retold(value)) != value:
+        return told
+    if count := re.fullmatch(r"(\d+) of (\d+)", value):
+        return _("{some} of {all}", some=count[1], all=count[2])
+    text, unit = (value.removesuffix(_UNIT), _UNIT) if value.endswith(_UNIT) else (value, "")
+    told = retold(text)
+    for comma in re.finditer(", ", text) if told == text else ():  # a line of a table, of two names
+        parts = [retold(part) for part in (text[: comma.start()], text[comma.end() :])]
+        if parts[1] != text[comma.end() :] or parts[0] != text[: comma.start()]:
+            told = ", ".join(parts)
+            break
+    return told + unit
 
 
 def _table(exhibit: Mapping[str, Any]) -> Table:

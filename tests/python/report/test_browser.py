@@ -47,6 +47,7 @@ def test_every_figure_is_drawn_and_the_console_is_quiet(
 ) -> None:
     document, console = browser.run(calibration_page(make_result(**kind), simulated=True), "--dump-dom", *browser.no_gl)
     assert console == []
+    assert re.search(r"<dd>[\d.]+&nbsp;mm</dd>", document)  # a number and its unit stay on one line
     figures = drawn_figures(document)
     assert len(figures) >= 10
     for name, part in figures.items():

@@ -10,12 +10,16 @@ import numpy as np
 import pytest
 
 import fastcal
+from fastcal.monitoring.history import ArmHistory, History
 from fastcal.monitoring.result import NextPose
 from fastcal.monitoring.words import kept_sentence
 from fastcal.report.arms_report import arms_page
 from fastcal.report.check_report import check_page
 from fastcal.report.comparison_report import comparison_page
 from fastcal.report.history_report import history_page
+from fastcal.report.language import in_language
+from fastcal.report.sections import printed
+from fastcal.report.summaries import headline
 from fastcal.report.update_report import update_page
 from fastcal.robot.robot import Robot
 
@@ -195,3 +199,12 @@ def test_a_fleet_of_a_hundred_arms_is_a_matrix_whose_lines_lead_to_the_arms(brow
     assert height < 3 * 1230
     assert (before, after) == (False, True)
     assert folded == 22  # of 24 with charts two ask for attention
+
+
+def test_a_fleet_of_one_is_one_arm_and_german_lists_of_decimals_are_parted() -> None:
+    one = History("fleet", [ArmHistory("a", "ur5", [], [], [], [])])
+    assert headline(one) == "1 arm, 0 files, 0 alarms"
+    with in_language("de"):
+        assert headline(one) == "1 Roboter, 0 Dateien, 0 Alarme"
+        assert printed("xyz 0.03, -0.02, 0.34 mm, rpy 1.5") == "xyz 0,03; −0,02; 0,34 mm, rpy 1,5"
+    assert printed("xyz 0.03, -0.02 mm") == "xyz 0.03, −0.02 mm"

@@ -16,6 +16,7 @@ KNOWN = {
     "expected {what}, got {other}": "erwartet {what}, gefunden {other}",
     "{name} {which} not installed": "{name} ist nicht installiert",
     "a whole number": "eine ganze Zahl",
+    "<holds> {count} rows": "<enthält> {count} Zeilen",
     "row": "Zeile",
     "rows": "Zeilen",
     "at {place}": "bei {place}",
@@ -37,6 +38,9 @@ KNOWN = {
         ("expected what is said of it or not, got 1", "erwartet what is said of it or not, gefunden 1"),
         ("torch is not installed", "torch ist nicht installiert"),  # "is" or "are" is of English alone
         ("{brace} comes of rows", "{Klammer} kommt von rows"),  # a name stays what it is
+        ("holds 3 rows. a whole number", "enthält 3 Zeilen. eine ganze Zahl"),
+        ("expected 0.5, 1.25 mm, got 2 rows", "erwartet 0,5; 1,25 mm, gefunden 2 Zeilen"),
+        ("<holds> 1 rows; is of a part", "<enthält> 1 Zeilen; is of a part"),
         ("holds nothing at all", "holds nothing at all"),
         ("", ""),
     ],
