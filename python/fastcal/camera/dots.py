@@ -36,14 +36,19 @@ def find_circles(
 ) -> tuple[FloatArray | None, str]:
     """Middles of the circles of a grid, row by row."""
     size, is_asymmetric = (int(board["columns"]), int(board["rows"])), bool(board.get("asymmetric"))
-    flags = cv2.CALIB_CB_ASYMMETRIC_GRID if is_asymmetric else cv2.CALIB_CB_SYMMETRIC_GRID
-    for whole_picture, part in ((grey, small), (255 - grey, 255 - small)):
-        found, at = cv2.findCirclesGrid(part, size, flags=flags, blobDetector=_detector(cv2, part))
+    kinds = [cv2.CALIB_CB_SYMMETRIC_GRID, cv2.CALIB_CB_ASYMMETRIC_GRID]
+    own, other = kinds[::-1] if is_asymmetric else kinds
+    shades = ((grey, small), (255 - grey, 255 - small))
+    for whole_picture, part in shades:
+        found, at = cv2.findCirclesGrid(part, size, flags=own, blobDetector=_detector(cv2, part))
         if found:
             grid = whole(at, scale).reshape(size[1], size[0], 2)
             grid = _asymmetric(cv2, grid, flat_mm(board)) if is_asymmetric else numbered(grey, grid)
             return _middles(cv2, whole_picture, grid.reshape(-1, 2), flat_mm(board)), ""
-    return None, f"no {'asymmetric ' * is_asymmetric}grid of {size[0]} x {size[1]} circles was found"
+    why = f"no {'asymmetric ' * is_asymmetric}grid of {size[0]} x {size[1]} circles was found"
+    if any(cv2.findCirclesGrid(part, size, flags=other, blobDetector=_detector(cv2, part))[0] for _, part in shades):
+        why += ", but a symmetric one" if is_asymmetric else ", but an asymmetric one (asymmetric: true)"
+    return None, why
 
 
 def _asymmetric(cv2: Any, grid: FloatArray, flat: FloatArray) -> FloatArray:

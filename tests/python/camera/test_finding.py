@@ -72,6 +72,14 @@ def test_an_asymmetric_grid_is_numbered_from_its_own_first_circle() -> None:
         assert np.linalg.norm(seen.uv - drawn(board, T), axis=1).max() < 0.3, turn
 
 
+def test_a_grid_of_the_other_kind_is_said() -> None:
+    for kind, other in (("circles", {"asymmetric": True}), ("asymmetric circles", {"asymmetric": False})):
+        board = BOARDS[kind]
+        picture = render(CAMERA, board, before_camera(board, [5.0, -5.0, 0.0], [0.0, 0.0, 0.6]))
+        why = find_board(picture, board | other).why
+        assert ("but a symmetric one" if kind == "circles" else "but an asymmetric one (asymmetric: true)") in why
+
+
 def test_circles_of_an_asymmetric_grid_are_where_opencv_and_kalibr_put_them(tmp_path: Path) -> None:
     at = 1e3 * board_corners(BOARDS["asymmetric circles"])
     assert at[:5] == pytest.approx(np.array([[0, 0, 0], [40, 0, 0], [80, 0, 0], [120, 0, 0], [20, 20, 0]]))
