@@ -45,7 +45,9 @@ def find_circles(
             grid = whole(at, scale).reshape(size[1], size[0], 2)
             grid = _asymmetric(cv2, grid, flat_mm(board)) if is_asymmetric else numbered(grey, grid)
             return _middles(cv2, whole_picture, grid.reshape(-1, 2), flat_mm(board)), ""
-    why = f"no {'asymmetric ' * is_asymmetric}grid of {size[0]} x {size[1]} circles was found"
+    why = f"no grid of {size[0]} x {size[1]} circles was found"
+    if is_asymmetric:
+        why = f"no asymmetric grid of {size[0]} x {size[1]} circles was found"
     if any(cv2.findCirclesGrid(part, size, flags=other, blobDetector=_detector(cv2, part))[0] for _, part in shades):
         why += ", but a symmetric one" if is_asymmetric else ", but an asymmetric one (asymmetric: true)"
     return None, why
@@ -78,17 +80,17 @@ def find_points(
             "its points do not lie in a plane: no detector here finds them, give their corners as a table",
         )
     why = []
-    for whole_picture, part, shade in ((grey, small, "dark"), (255 - grey, 255 - small, "bright")):
+    for whole_picture, part in ((grey, small), (255 - grey, 255 - small)):
         blobs = _detector(cv2, part).detect(part)
         if len(blobs) < len(flat):
-            why.append(f"{len(blobs)} {shade} dots are seen, expected {len(flat)}")
+            why.append(f"{len(blobs)} dots are seen, expected {len(flat)}")
             continue
         size = np.log([blob.size for blob in blobs])
         alike = np.argsort(np.abs(size - np.median(size)), kind="stable")[: len(flat)]
         best = _matched(cv2, flat, whole([blobs[k].pt for k in alike], scale))
         if best is not None:
             return _middles(cv2, whole_picture, best, flat), ""
-        why.append(f"{len(blobs)} {shade} dots are seen, which do not lie as the {len(flat)} points do")
+        why.append(f"{len(blobs)} dots are seen, which do not lie as the {len(flat)} points do")
     return None, why[0]
 
 

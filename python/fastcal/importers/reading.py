@@ -188,15 +188,15 @@ def _without_titles(export: Export, joint_kinds: Sequence[str] | None, wanted: s
         for axis, place in zip("xyz", rest, strict=True):
             meanings[place] = Title(axis)
     else:
-        titles = ", ".join(f"'{title}'" for title in export.titles[:_FEW_NAMED] if title)
-        what = (
-            f"none of its {width} titles is known ({titles}{', ...' if width > _FEW_NAMED else ''})"
-            if titles
-            else f"has no header, so its {width} columns are not known"
-        )
+        titles = ", ".join(f"'{title:.40}'" for title in export.titles[:_FEW_NAMED] if title)
+        if titles:
+            raise InvalidInput(
+                f"{export.grid.path}: none of its {width} titles is known ({titles}, ...); name them by title, or by "
+                "number from 1, with --map (fastcal import --print-map writes one to start from)"
+            )
         raise InvalidInput(
-            f"{export.grid.path}: {what}; name them by their {'titles, or ' if titles else ''}numbers from 1 "
-            "with --map (fastcal import --print-map writes one to start from)"
+            f"{export.grid.path}: has no header, so its {width} columns are not known; name them by their "
+            "numbers from 1 with --map (fastcal import --print-map writes one to start from)"
         )
     if texts:
         meanings[texts[-1]] = Title("name")
