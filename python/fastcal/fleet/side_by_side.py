@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from functools import partial
 from pathlib import Path
 from statistics import median
@@ -27,7 +27,7 @@ FEWEST = 5  # arms: fewer have no median to speak of
 _MOST = 60  # arms that a worker takes at once
 
 
-def _arms(arms: Sequence[object]) -> str:
+def _arms(arms: Sized) -> str:
     return said("1 arm") if len(arms) == 1 else said("{count} arms", count=len(arms))
 
 

@@ -162,7 +162,7 @@ def test_a_page_is_a_document_in_the_language_that_was_asked_for(shop, tmp_path,
     said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, "--page-language", "fr")
     assert said.code == 2
     said = fastcal("accept", shop / "arm.yaml", shop / "measured.csv", *options, "--date", "20.11.2026")
-    assert "date must be YYYY-MM-DD" in said.error
+    assert "date muss JJJJ-MM-TT sein, nicht '20.11.2026'" in said.error
 
 
 def test_an_arm_without_six_axes_is_refused_before_the_search(
