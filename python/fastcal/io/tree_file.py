@@ -209,7 +209,8 @@ def _check(cell: Cell, top: Fields) -> None:
 
 def _frames(cell: Cell) -> str:
     """What a member may stand on, in words."""
-    arms = [f"{arm.name}, {arm.name}.base or {arm.name}.link1 to {arm.flange}" for arm in cell.arms]
+    several = {arm.name: f"{arm.name}.link1 to " if arm.robot.joint_count > 1 else "" for arm in cell.arms}
+    arms = [f"{arm.name}, {arm.name}.base or {several[arm.name]}{arm.flange}" for arm in cell.arms]
     return ", ".join(["world", *arms])
 
 
