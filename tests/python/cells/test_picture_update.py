@@ -117,7 +117,7 @@ def test_the_command(
     words = photographed(tmp_path, 5, 9)
     out = tmp_path / "new"
     assert main(["update", str(folder / "out/model.yaml"), *words, "-o", str(out), "--page-language", "de"]) == 0
-    assert "Tafel plate bewegt" in capsys.readouterr().out
+    assert "plate bewegt" in capsys.readouterr().out
     assert json.loads((out / "result.json").read_text())["freed"] == ["board plate"]
     assert "Bewegt hat sich" in (out / "report.html").read_text()
     assert main(["check", str(out / "model.yaml"), *words]) == 0

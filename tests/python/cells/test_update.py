@@ -124,7 +124,7 @@ def test_the_command_and_its_files(tmp_path: Path, capsys: pytest.CaptureFixture
     assert cell_text(load_cell(model)) == cell_text(known)  # with the covariance of all, bit for bit
     write_readings(poses, known, read(carried(true, ELSEWHERE), postures(known, 12, 54).q, 94, slip=4))
     assert main(["update", str(model), str(poses), "-o", str(out), "--page-language", "de"]) == 0
-    assert "12 Stellungen; left.joint4 zero bewegt" in capsys.readouterr().out
+    assert "12 Stellungen; Nullpunkt left.joint4 bewegt" in capsys.readouterr().out
     result = json.loads((out / "result.json").read_text())
     assert (result["method"], result["moved"]) == ("update", ["left.joint4 zero"])
     assert "Seit der Kalibrierung hat sich bewegt: left.joint4 zero" in (out / "report.html").read_text()
