@@ -137,7 +137,7 @@ class WholeCheck:
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of check.json."""
-        points = self.kinds[POINTS] if POINTS in self.kinds else None
+        points = self.kinds.get(POINTS)
         kinds = kinds_json(self.kinds)
         for name, of in self.kinds.items():
             kinds[name]["expected_rms"] = of.kind.shown(self.expected[name])
