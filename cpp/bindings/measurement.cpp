@@ -128,6 +128,8 @@ void bind_measurement(py::module_& m) {
       .def_property_readonly(
           "parameters", [](const PlacedObservation& self) { return self->parameters(); }, "its unknowns")
       .def_property_readonly("claims_sigma", [](const PlacedObservation& self) { return self->claims_sigma(); })
+      .def_property_readonly(
+          "is_known", [](const PlacedObservation& self) { return self->is_known(); }, "beforehand, and not read")
       .def_property_readonly("is_pose", [](const PlacedObservation& self) { return self->is_pose(); })
       .def_readonly("first_number", &PlacedObservation::first_number, "of its numbers in a row of residuals")
       .def_readonly("first_unknown", &PlacedObservation::first_unknown, "of its unknowns among all");

@@ -328,6 +328,11 @@ class Observation:
         of its unknowns among all
         """
     @property
+    def is_known(self) -> bool:
+        """
+        beforehand, and not read
+        """
+    @property
     def is_pose(self) -> bool:
         ...
     @property

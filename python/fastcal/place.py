@@ -8,6 +8,7 @@ Here alone such names are put together and taken apart; joints are counted from 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -47,6 +48,16 @@ def place_of(name: str) -> Place:
     """The place of a name."""
     found = _NAME.fullmatch(name)
     return Place(found["arm"] or "", found["kind"], int(found["number"] or 0)) if found else Place("", name, 0)
+
+
+def places_of(owner: str) -> list[Place]:
+    """The places of an owner: one, or both of a pair "joint1<-joint2", the joint that is acted on first."""
+    return [place_of(name) for name in owner.split("<-")]
+
+
+def owner_of(places: Iterable[Place]) -> str:
+    """The owner that has these places, as `places_of` gives them."""
+    return "<-".join(map(str, places))
 
 
 def source_of(owner: str) -> Place:

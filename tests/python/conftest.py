@@ -106,6 +106,11 @@ class Browser:
         return self.probe(PHONE % inner, "return window.seen;")
 
 
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if item.get_closest_marker("full") and os.environ.get("FASTCAL_TEST_FULL") != "1":
+        pytest.skip("only in ./test --full")
+
+
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
     command = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

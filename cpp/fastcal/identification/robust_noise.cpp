@@ -22,6 +22,10 @@ constexpr double kNoiseFloor = 1e-10;  // [m or rad]
 constexpr double kFewFreedoms = 5;
 constexpr double kPlausibleNoise = 1e-4;  // [m or rad]: a tracker's or a good camera's
 
+// Numbers of an observation below which its own unknowns may take nearly all of them: its noise is then no less than
+// that of others of its unit, or a plausible one.
+constexpr double kFewNumbers = 20;
+
 constexpr double kFreedomForOutliers = 1.0 / 3;  // of the measured numbers
 
 /// Degrees of freedom that the present fit leaves.
@@ -78,6 +82,28 @@ double variance_factor(const FitState& fit, const RowErrors& rows) {
   return factor;
 }
 
+/// The noise of observations of few numbers, which would be that of a fit through them, as large as others have it.
+void lift_few(const FitState& fit, const RowErrors& errors, CommonNoise& tau) {
+  const std::vector<PlacedObservation>& observations = fit.problem.measured.observations();
+  const auto is_judged = [&](std::size_t k) {
+    return !observations[k]->claims_sigma() && errors.number_count(static_cast<int>(k)) > 0;
+  };
+  for (std::size_t k = 0; k < tau.size() && tau.size() > 1; ++k) {
+    const auto own = static_cast<double>(errors.number_count(static_cast<int>(k)));
+    if (!is_judged(k) || own >= kFewNumbers) continue;
+    double squares = 0;
+    double count = 0;
+    for (std::size_t j = 0; j < tau.size(); ++j) {
+      const auto numbers = static_cast<double>(errors.number_count(static_cast<int>(j)));
+      if (!is_judged(j) || numbers < kFewNumbers || observations[j]->unit() != observations[k]->unit()) continue;
+      squares += numbers * tau[j] * tau[j];
+      count += numbers;
+    }
+    const double others = count > 0 ? std::sqrt(squares / count) : kPlausibleNoise;
+    tau[k] = std::max(tau[k], std::sqrt(1 - own / kFewNumbers) * others);
+  }
+}
+
 }  // namespace
 
 CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss) {
@@ -87,7 +113,7 @@ CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss) {
   for (std::size_t k = 0; k < out.size(); ++k) {
     const ObservedRows rows =
         errors.observed(static_cast<int>(k), rule == NoiseRule::kKept ? fit.kept : std::vector<bool>());
-    if (rows.count() == 0) continue;
+    if (rows.count() == 0 || fit.problem.measured.observations()[k]->is_known()) continue;
     if (rule == NoiseRule::kMedian) out[k] = median_noise(rows, kNoiseFloor, fit.tau[k]);
     if (rule == NoiseRule::kMean) out[k] = mean_noise(rows, loss, fit.freedom, kNoiseFloor, fit.tau[k]);
     if (rule == NoiseRule::kKept) out[k] = mean_noise(rows, LossKind::kNone, fit.freedom, kNoiseFloor, fit.tau[k]);
@@ -98,6 +124,7 @@ CommonNoise noise(FitState& fit, NoiseRule rule, LossKind loss) {
       out[k] = std::sqrt(squares / (prior + own));
     }
   }
+  lift_few(fit, errors, out);
   return out;
 }
 

@@ -4,7 +4,8 @@
 // A length from an unknown anchor to the tool: wire, ball-bar, interferometer.
 //   r = |p - a| - L [m]; the anchor's place a (three numbers in the measuring frame) is identified.
 // Start: |p|^2 - 2 p.a + |a|^2 = L^2 is linear in [a, |a|^2].
-// Between two frames of a cell, as a bar that two arms hold: r = |p_a - p_b| - L, without unknowns.
+// Between two frames of a cell, as a bar that two arms hold: r = |p_a - p_b| - L, without unknowns; where L is known
+// beforehand and not read, its standard deviation is all of its noise.
 #include <cmath>
 
 #include "fastcal/math/check.hpp"
@@ -65,8 +66,8 @@ class Length : public ByLabel {
 
 class Span : public Observation {
  public:
-  Span(Eigen::VectorXd length, Eigen::VectorXd sigma, ViewedTable of)
-      : length_(std::move(length)), sigma_(std::move(sigma)), of_(std::move(of)) {
+  Span(std::string field, Eigen::VectorXd length, Eigen::VectorXd sigma, ViewedTable of)
+      : field_(std::move(field)), length_(std::move(length)), sigma_(std::move(sigma)), of_(std::move(of)) {
     FASTCAL_CHECK(!(length_.array() < 0).any()) << "distance" << of_.suffix << ": a length must not be negative";
   }
 
@@ -76,10 +77,11 @@ class Span : public Observation {
     return names;
   }
   std::string unit() const override { return "m"; }
-  std::string field() const override { return "distance" + of_.suffix; }
+  std::string field() const override { return field_ + of_.suffix; }
   std::vector<int> frames() const override { return frames_of(of_.view); }
   double sigma(Eigen::Index row, int) const override { return sigma_.size() == 0 ? 0 : sigma_[row]; }
   bool claims_sigma() const override { return sigma_.size() > 0; }
+  bool is_known() const override { return field_ != "distance"; }
   bool shows_base() const override { return of_.view.sensor == kWorldFrame; }
 
   void compare(Eigen::Index row, const Sights& sights, const double*, Comparison& out) const override {
@@ -95,6 +97,7 @@ class Span : public Observation {
   }
 
  private:
+  std::string field_;
   Eigen::VectorXd length_, sigma_;
   ViewedTable of_;
 };
@@ -116,12 +119,19 @@ FASTCAL_REGISTER_OBSERVATION(
          const auto is_read = [&](Eigen::Index i) { return !std::isnan((*measured)(i, 0)); };
          Eigen::VectorXd sigma = sigma_of(tables, "sigma_position" + of.suffix, 3, is_read);
          if (!of.suffix.empty()) {
-           out.push_back(std::make_shared<Span>(measured->col(0), std::move(sigma), of));
+           out.push_back(std::make_shared<Span>("distance", measured->col(0), std::move(sigma), of));
            continue;
          }
          const Labels* anchors = tables.find_labels("anchor");
          FASTCAL_CHECK(anchors != nullptr) << "lengths need an anchor in every row";
          out.push_back(std::make_shared<Length>(measured->col(0), *anchors, std::move(sigma), robot.view().target));
+       }
+       for (const ViewedTable& of : tables.views("known_distance", robot)) {
+         const RowMatrixXd* known = tables.find("known_distance" + of.suffix, 1);
+         const auto is_known = [&](Eigen::Index i) { return !std::isnan((*known)(i, 0)); };
+         const RowMatrixXd* sigma = tables.find_sigma("sigma_known_distance" + of.suffix, 1, is_known);
+         FASTCAL_CHECK(known != nullptr && sigma != nullptr) << "a known distance needs its standard deviation";
+         out.push_back(std::make_shared<Span>("known_distance", known->col(0), sigma->col(0), of));
        }
        return out;
      }})

@@ -94,6 +94,8 @@ class Observation {
   /// Standard deviation that the data claim for a number of a row; 0: they claim none.
   virtual double sigma(Eigen::Index row, int number) const = 0;
   virtual bool claims_sigma() const = 0;
+  /// Is it known beforehand and was not read? What is claimed is then all of its noise.
+  virtual bool is_known() const { return false; }
 
   /// Values of the unknowns (sized already) in closed form, for an arm as `sights` (one a row) have it. Returns
   /// what is missing, in a sentence; empty: nothing.

@@ -62,6 +62,24 @@ std::vector<ViewedTable> Tables::views(const std::string& field, const RobotMode
   return out;
 }
 
+std::vector<ViewedTable> Tables::label_views(const ObservationEntry& entry, const RobotModel& robot) const {
+  std::vector<ViewedTable> out;
+  for (const Field& field : entry.fields) {
+    if (field.role != FieldRole::kLabel) continue;
+    for (const auto& [name, own] : labels) {
+      if (!name.starts_with(field.name + "@") || find_labels(name) == nullptr) continue;
+      const std::string suffix = name.substr(field.name.size());
+      const View view = robot.tree().view(suffix.substr(1));
+      FASTCAL_CHECK(view.sensor == kWorldFrame && view.target != kWorldFrame)
+          << name << ": expected a target, as what it touches stands in the measuring frame";
+      out.push_back({suffix, view});
+    }
+    FASTCAL_CHECK(out.size() <= static_cast<std::size_t>(kMostFrames))
+        << field.name << " is read of " << out.size() << " targets; expected at most " << kMostFrames;
+  }
+  return out;
+}
+
 bool register_observation(const std::string& name, ObservationEntry entry) {
   FASTCAL_CHECK(entries().emplace(name, std::move(entry)).second)
       << "the observation name '" << name << "' is registered twice";

@@ -49,6 +49,9 @@ struct Tables {
   const Labels* find_labels(const std::string& field) const;
   /// The tables of a field: that of its own name, and "position@TARGET:SENSOR" of other frames.
   std::vector<ViewedTable> views(const std::string& field, const RobotModel& robot) const;
+  /// The targets of the labels of a kind, "socket@TARGET"; throws InvalidInput where one is read from a sensor, or
+  /// there are more than one observation looks at.
+  std::vector<ViewedTable> label_views(const struct ObservationEntry& entry, const RobotModel& robot) const;
 };
 
 enum class FieldRole { kMeasured, kSigma, kLabel };

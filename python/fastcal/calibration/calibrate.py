@@ -230,7 +230,7 @@ def calibrate(
         train = judged_on_all(train, rows, long, result_model, **judge)
     doubts = [*suspected, *check_fit(robot, train, as_read=as_read), *seen.choices]
     touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
-    lengths = known_lengths(start.description, *touched)
+    lengths = known_lengths(start.description.known_distances, *touched)
     cameras = camera_places(problem, found, covariance, freedom, result_model) if long is None else []
     return CalibrationResult(
         status="too_few_equations" if few else "converged" if agrees_on_nothing else fit.status,
@@ -269,7 +269,7 @@ def calibrate(
             *(outlier_notes(result_model, data, found.outliers, train.kinds[CORNERS]) if cameras else []),
             *exchanged_names(robot.description, result_model.description),
             *_notes(result_model, data),
-            *length_notes(start.description, lengths),
+            *length_notes(start.description.known_distances, lengths),
             *([] if long is None else long_notes(long, data)),
             *instrument_notes(result_model, data),
             *added_setups(start, robot, effects),

@@ -53,6 +53,23 @@ class Realigned:
         return {**frame_spec(self.motion), "after_mm": self.after.to_mm()}
 
 
+@dataclass(frozen=True, eq=False)
+class Remounted:
+    """The shift d of the target in the tool's frame with which the same rows would fit best: measured = p + R d.
+
+    Attributes:
+        shift: (3,) [m].
+        after: Statistics of the distances that it leaves.
+    """
+
+    shift: FloatArray
+    after: ErrorStatistics
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The block `remounted`."""
+        return {"xyz_mm": [from_si(float(d), "mm") for d in self.shift], "after_mm": self.after.to_mm()}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Evaluation(Shown):
     """A data set beside a model before and after calibration.
@@ -67,6 +84,7 @@ class Evaluation(Shown):
         kinds: Errors of each kind of reading, by its name.
         repeatability: Where poses repeat.
         aligned: Where another place of the tracker or the base would make the rows fit ALIGNED_BETTER times better.
+        remounted: Where another seat of the target on the tool would, and no other place of the base does.
         others_after: What is left of each observation that is no pose, by its name: (N, k) [m or rad].
         rows: (N,) which of `all_rows` rows these N are; None: there are no others. `before` and `after` are of all.
     """
@@ -84,6 +102,7 @@ class Evaluation(Shown):
     kinds: Mapping[str, KindErrors] = field(default_factory=dict)
     rows: NDArray[np.intp] | None = None
     all_rows: int | None = None
+    remounted: Remounted | None = None
 
     @property
     def main(self) -> KindErrors | None:
@@ -135,6 +154,8 @@ class Evaluation(Shown):
             out["repeated_poses"] = self.repeatability.to_json_dict()
         if self.aligned is not None:
             out["aligned"] = self.aligned.to_json_dict()
+        if self.remounted is not None:
+            out["remounted"] = self.remounted.to_json_dict()
         return out
 
 
@@ -253,6 +274,7 @@ def judged(
         T_before = before.poses(data, threads=threads, samples=samples)
         first = compared(before, data, unknowns_before, threads, T_before)
     kinds = table(found.numbers, None if first is None else first.numbers)
+    moved = realigned(T[:, :3, 3], found.points)
     return Evaluation(
         data,
         found.points,
@@ -262,9 +284,10 @@ def judged(
         None if first is None else first.points,
         None if first is None else ErrorStatistics.of(distances(first.points)),
         repeatability(data, found.points, T[:, :3, :3] if data.rotation is not None else None),
-        realigned(T[:, :3, 3], found.points),
+        moved,
         found.others,
         kinds,
+        remounted=remounted(T[:, :3, :3], found.points) if moved is None else None,
     )
 
 
@@ -296,3 +319,20 @@ def realigned(predicted: FloatArray, error: FloatArray) -> Realigned | None:
     if left is None or given is None or given.rms < ALIGNED_BETTER * left.rms:
         return None
     return Realigned(motion, left)
+
+
+def remounted(turned: FloatArray, error: FloatArray) -> Remounted | None:
+    """The shift of the target on tools turned by (N, 3, 3) that leaves the least of errors (N, 3), p less measured.
+
+    None where it would not fit ALIGNED_BETTER times better, or where too few points were measured to say so.
+    """
+    whole = ~np.isnan(error).any(axis=1)
+    if whole.sum() < ALIGNED_ROWS:
+        return None
+    R, e = turned[whole], error[whole]
+    shift = -np.mean(np.einsum("nji,nj->ni", R, e), axis=0)  # R^T R = 1: the mean in the tool's frame is least squares
+    left = ErrorStatistics.of(np.linalg.norm(R @ shift + e, axis=1))
+    given = ErrorStatistics.of(np.linalg.norm(e, axis=1))
+    if left is None or given is None or given.rms < ALIGNED_BETTER * left.rms:
+        return None
+    return Remounted(shift, left)

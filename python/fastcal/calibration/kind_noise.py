@@ -19,8 +19,8 @@ from fastcal.units import UNITS
 def noise_by_kind(measured: _core.Measurements, found: _core.Identification) -> dict[str, KindNoise]:
     """Standard deviation of a number of each kind, RMS over its rows and instruments, by the kind's name."""
     out = {}
-    for kind in in_order({of_observation(of) for of in measured.observations}):
-        own = [k for k, of in enumerate(measured.observations) if of_observation(of) == kind]
+    for kind in in_order({of_observation(of) for of in measured.observations if not of.is_known}):
+        own = [k for k, of in enumerate(measured.observations) if of_observation(of) == kind and not of.is_known]
         sigma = np.array([found.sigma[k] for k in own])
         if not (sigma > 0).any():
             continue

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.robot.robot_spec import RobotSpec
+from fastcal.robot.robot_spec import Spec
 from fastcal.units import from_si, to_si
 
 _CONTRADICTS = 3.0  # standard deviations of both lengths
@@ -69,7 +69,7 @@ class KnownLength:
         first, second = self.between
         text = (
             f"from {first} to {second} the fit has {from_si(self.found, 'mm'):.3f} mm (standard deviation "
-            f"{from_si(self.found_std, 'mm'):.2g}), the robot file {from_si(self.known, 'mm'):.3f} mm "
+            f"{from_si(self.found_std, 'mm'):.2g}), the file {from_si(self.known, 'mm'):.3f} mm "
             f"({from_si(self.known_std, 'mm'):.2g}): "
         )
         shown = f"{100 * self.scale_std:.2g} %"
@@ -78,24 +78,24 @@ class KnownLength:
         size = "larger" if self.scale > 1 else "smaller"
         return text + (
             f"either all lengths are {100 * abs(self.scale - 1):.2g} % {size} than in the model (to {shown}), or it "
-            "lacks something; the fit keeps the scale of the robot file"
+            "lacks something; the fit keeps the scale of the file"
         )
 
 
 def known_lengths(
-    spec: RobotSpec, names: Sequence[tuple[str, str]], places: FloatArray, covariance: FloatArray
+    known: Sequence[Spec], names: Sequence[tuple[str, str]], places: FloatArray, covariance: FloatArray
 ) -> list[KnownLength]:
-    """The known distances of a robot file whose two points a fit has found.
+    """The known distances of a file whose two points a fit has found.
 
     Args:
-        spec: Of the robot.
+        known: `known_distances` of the file: from, to, mm, sigma_mm.
         names: (U,) owner and name of each unknown of the observations, as ("socket a", "x").
         places: (U,) their values [m].
         covariance: (U, U) of these; what is held has none.
     """
     at = {name: k for k, name in enumerate(names)}
     out = []
-    for entry in spec.known_distances:
+    for entry in known:
         ends = (str(entry["from"]), str(entry["to"]))
         if ends[0] == ends[1] or not all((end, axis) in at for end in ends for axis in _AXES):
             continue
@@ -107,13 +107,13 @@ def known_lengths(
         along = np.zeros(len(places))
         along[second], along[first] = between / found, -between / found
         std = float(np.sqrt(max(float(along @ covariance @ along), 0.0)))
-        known, known_std = (to_si(float(entry[key]), "mm") for key in ("mm", "sigma_mm"))
-        out.append(KnownLength(ends, known, known_std, found, std))
+        length, length_std = (to_si(float(entry[key]), "mm") for key in ("mm", "sigma_mm"))
+        out.append(KnownLength(ends, length, length_std, found, std))
     return out
 
 
-def length_notes(spec: RobotSpec, lengths: Sequence[KnownLength]) -> list[str]:
-    """A sentence for each known distance of a robot file that was touched, or that none was."""
-    if spec.known_distances and not lengths:
-        return ["of no known distance of the robot file both ends were touched"]
+def length_notes(known: Sequence[Spec], lengths: Sequence[KnownLength]) -> list[str]:
+    """A sentence for each known distance of a file that was touched, or that none was."""
+    if known and not lengths:
+        return ["of no known distance of the file both ends were touched"]
     return [length.note for length in lengths]

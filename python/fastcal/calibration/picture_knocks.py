@@ -43,7 +43,9 @@ def knock_note(view: View, arm: Arm) -> str | None:
     columns = [(J * weight).reshape(-1, 6) for J in (of_camera, of_board)]
     row = np.repeat(rows, 6)
     shift = find_shift(np.hstack(columns), columns, e.ravel(), row, 1.0)
-    if shift is None or shift.size > MOST or shift.left * CLEAR > huber_fit(np.hstack(columns), e.ravel(), row)[0]:
+    if shift is None or not shift.stands_out or shift.size > MOST:
+        return None
+    if shift.left * CLEAR > huber_fit(np.hstack(columns), e.ravel(), row)[0]:
         return None
     first = " and ".join(str(row) for row in shift.firsts)
     return (

@@ -232,7 +232,7 @@ def mirrored(view: View) -> bool:
 
 def other_numbering(view: View) -> str | None:
     """Where pictures by themselves say that another number of corners is to a row than the file's board has."""
-    if view.board["kind"] not in (*SQUARES, "circles"):
+    if view.board["kind"] not in (*SQUARES, "circles") or view.board.get("asymmetric"):
         return None
     squares = int(view.board["kind"] in SQUARES)
     own = int(view.board["columns"]) - squares

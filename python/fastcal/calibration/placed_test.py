@@ -92,7 +92,15 @@ def placing_notes(model: Robot, test: Dataset) -> list[str]:
 
 
 def other_place_notes(test: Evaluation) -> list[str]:
-    """A sentence where test rows fit far better once the tracker, or the arm's base, stands elsewhere."""
+    """A sentence where test rows fit far better once the tracker, the arm's base or the target sits elsewhere."""
+    if test.remounted is not None:
+        text = said(
+            "these rows fit with {rms:.3g} mm RMS where the target sits elsewhere on the tool, by {x:.4g}, {y:.4g}, "
+            "{z:.4g} mm: the error on them is that of its seat; rows of several mounts have a column mount",
+            rms=test.remounted.after.to_mm()["rms"],
+            **{axis: from_si(float(d), "mm") for axis, d in zip("xyz", test.remounted.shift, strict=True)},
+        )
+        return [joined(": ", [test.data.source, text])]
     if test.aligned is None:
         return []
     motion = test.aligned.motion

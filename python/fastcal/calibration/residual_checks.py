@@ -100,7 +100,10 @@ def cleared(problem: CalibrationProblem, found: _core.Identification, refit: Ref
     if found_shift is not None:
         shift, kind = found_shift
         word, effect = reading(problem, near.only(kind), shift)
-        out = _without_part(problem, found, refit, shift, kind) if word in ("moved", "both") else out
+        if not shift.stands_out and word != "effect":
+            word, effect = "moved", None
+        is_move = shift.stands_out and word in ("moved", "both")
+        out = _without_part(problem, found, refit, shift, kind) if is_move else out
         if effect is not None and (word != "both" or out.notes):
             out.notes.append(condition_note(shift, kind, word, effect))
     agreed = majority(out.problem, out.found, refit)

@@ -6,7 +6,7 @@ The motion of the base, or of the target, is tried from every row on, beside the
 or where that explains little, between every two rows; and then another one beside those that were found. They count
 where together they explain more than half of what remains, more than a drift in the order of the rows with as many
 numbers does, and each more than chance could by an F test over all rows. One more counts where it, or two, explain more
-than half of what the others leave.
+than half of what the others leave. A body that moved is a jump that stands out among the changes between other rows.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ _SHOWN = 0.25  # of a move must be left by a fit without it
 _FEWEST = 4  # rows on each side: three points place a body, the fourth tests it
 _MOST = 5  # moves
 _AHEAD = 2  # moves that may be needed together
+_STANDS_OUT, _WINDOWS = 2.0, 5  # times the largest change elsewhere, over a fifth of the shortest part
+_LOOKED_AT = 60  # places elsewhere
 _ROUNDS = 5
 _RANK = 1e-10
 _POSTURE = 6  # numbers
@@ -37,12 +39,14 @@ class Shift:
     """From each of the rows `firsts` on, the points lie elsewhere again, by `size` [m] (RMS) from the first place.
 
     `columns` (m, k) are those of the motions, 0 before their rows, and `left` the cost (`huber_fit`) that they leave.
+    `stands_out`: a body moved; else a condition may have changed there, or what an arm misses, slowly.
     """
 
     firsts: tuple[int, ...]
     size: float
     columns: FloatArray
     left: float
+    stands_out: bool
 
     def parts(self, count: int) -> list[IntArray]:
         """The rows, of `count`, before, between and after the changes."""
@@ -88,14 +92,19 @@ def find_shift(
     left = float(np.sqrt(np.sum((residual - J @ x)[late] ** 2) / np.sum(rows >= firsts[0])))
     if left < _SHOWN * size:  # the parameters make up for it: along a path early and late postures differ
         return None
-    return Shift(firsts, size * scale, columns, squares)
+    stands_out = _stand_out(steps, firsts, residual - J @ found[: J.shape[1]], row)
+    return Shift(firsts, size * scale, columns, squares, stands_out)
 
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """Changes at one row or two, the columns of their motions, and the cost that is left with those before them."""
+    """Changes at one row or two, the columns of their motions, and the cost that is left with those before them.
+
+    `motion` (m, 6 or 3) are the columns of the motion in every row, `columns` those of each change, 0 before its row.
+    """
 
     firsts: tuple[int, ...]
+    motion: FloatArray
     columns: FloatArray
     left: float
 
@@ -134,10 +143,39 @@ def _next(
             moved = np.hstack([columns * (row >= first)[:, np.newaxis] for first in firsts])
             squares = _left(np.hstack([J, moved]), residual, row)
             if best is None or squares < best.left:
-                best = _Step(firsts, moved, squares)
+                best = _Step(firsts, columns, moved, squares)
         if best is not None and best.left < EXPLAINED * alone:
             break
     return best
+
+
+def _stand_out(steps: list[_Step], firsts: tuple[int, ...], residual: FloatArray, row: IntArray) -> bool:
+    """Is each change, from some rows before it to as many after it, far larger than any other in the residual?
+
+    What an arm misses changes slowly along a path, and a motion for each part fits it well: but then the rows change as
+    much elsewhere.
+    """
+    rows = np.unique(row)
+    places = np.searchsorted(rows, firsts)
+    ends = [0, *places.tolist(), len(rows)]
+    width = max(2, min(b - a for a, b in pairwise(ends)) // _WINDOWS)
+    within = np.concatenate([np.arange(a + width, b - width + 1) for a, b in pairwise(ends)])
+    others = within[:: max(1, len(within) // _LOOKED_AT)]
+    for step in steps:
+        usual = max((_jump(step.motion, residual, row, rows, at, width) for at in others.tolist()), default=0.0)
+        for first in step.firsts:
+            at = int(np.searchsorted(rows, first))
+            if _jump(step.motion, residual, row, rows, at, width) < _STANDS_OUT * usual:
+                return False
+    return True
+
+
+def _jump(motion: FloatArray, residual: FloatArray, row: IntArray, rows: IntArray, at: int, width: int) -> float:
+    """How far a motion fitted to the rows from place `at` on moves these, from where that of those before them does."""
+    ends = (rows[max(at - width, 0)], rows[at], rows[min(at + width, len(rows)) - 1] + 1)
+    before, after = (slice(*np.searchsorted(row, (a, b))) for a, b in pairwise(ends))
+    earlier, later = (np.linalg.lstsq(motion[of], residual[of], rcond=_RANK)[0] for of in (before, after))
+    return float(np.sqrt(np.mean((motion[after] @ (later - earlier)) ** 2)))
 
 
 def _apart(row: IntArray, firsts: list[int]) -> bool:

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Boards of dark dots: grids of circles and lists of points.
+"""Boards of dots, dark on paper or bright on black: grids of circles and lists of points.
 
-A dot is found where its darkness weighs; that is the middle of an ellipse, which is not where the dot's middle is seen.
+A bright dot is a dark one of the negative. A dot is found where its darkness weighs; that is the middle of an ellipse,
+which is not where the dot's middle is seen.
 With the homography H of the board and the radius r that the dot's area says, the middle of the ellipse is that of the
 dual conic H diag(r^2, r^2, 0) H^T less that of its middle, and the difference is taken off (J. Heikkila, 2000, eq. 9).
 """
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.arrays import FloatArray
-from fastcal.camera.grids import flat_mm, numbered, whole
+from fastcal.camera.grids import flat_mm, numbered, turns_right, whole
 from fastcal.robot.rig import board_corners
 from fastcal.units import from_si
 
@@ -34,12 +35,38 @@ def find_circles(
     cv2: Any, grey: Picture, small: Picture, scale: float, board: Mapping[str, Any]
 ) -> tuple[FloatArray | None, str]:
     """Middles of the circles of a grid, row by row."""
-    size = (int(board["columns"]), int(board["rows"]))
-    found, at = cv2.findCirclesGrid(small, size, flags=cv2.CALIB_CB_SYMMETRIC_GRID, blobDetector=_detector(cv2, small))
-    if not found:
-        return None, f"no grid of {size[0]} x {size[1]} circles was found"
-    grid = numbered(grey, whole(at, scale).reshape(size[1], size[0], 2)).reshape(-1, 2)
-    return _middles(cv2, grey, grid, flat_mm(board)), ""
+    size, is_asymmetric = (int(board["columns"]), int(board["rows"])), bool(board.get("asymmetric"))
+    kinds = [cv2.CALIB_CB_SYMMETRIC_GRID, cv2.CALIB_CB_ASYMMETRIC_GRID]
+    own, other = kinds[::-1] if is_asymmetric else kinds
+    shades = ((grey, small), (255 - grey, 255 - small))
+    for whole_picture, part in shades:
+        found, at = cv2.findCirclesGrid(part, size, flags=own, blobDetector=_detector(cv2, part))
+        if found:
+            grid = whole(at, scale).reshape(size[1], size[0], 2)
+            grid = _asymmetric(cv2, grid, flat_mm(board)) if is_asymmetric else numbered(grey, grid)
+            return _middles(cv2, whole_picture, grid.reshape(-1, 2), flat_mm(board)), ""
+    why = f"no grid of {size[0]} x {size[1]} circles was found"
+    if is_asymmetric:
+        why = f"no asymmetric grid of {size[0]} x {size[1]} circles was found"
+    if any(cv2.findCirclesGrid(part, size, flags=other, blobDetector=_detector(cv2, part))[0] for _, part in shades):
+        why += ", but a symmetric one" if is_asymmetric else ", but an asymmetric one (asymmetric: true)"
+    return None, why
+
+
+def _asymmetric(cv2: Any, grid: FloatArray, flat: FloatArray) -> FloatArray:
+    """A grid (rows, columns, 2) turned to where its rows are shifted as those of the board (K, 2) are.
+
+    With an odd number of rows that tells both ends; with an even one the board looks the same from both.
+    """
+    ways = [grid, grid[::-1, ::-1], grid[::-1], grid[:, ::-1]]
+    ways = [way for way in ways if turns_right(way)]
+
+    def left(way: FloatArray) -> float:
+        H, _ = cv2.findHomography(flat, way.reshape(-1, 2))
+        drawn = cv2.perspectiveTransform(flat[np.newaxis], H)[0] if H is not None else np.inf
+        return float(np.sum((drawn - way.reshape(-1, 2)) ** 2))
+
+    return min(ways, key=left)
 
 
 def find_points(
@@ -52,16 +79,19 @@ def find_points(
             None,
             "its points do not lie in a plane: no detector here finds them, give their corners as a table",
         )
-    blobs = _detector(cv2, small).detect(small)
-    if len(blobs) < len(flat):
-        return None, f"{len(blobs)} dark dots are seen, expected {len(flat)}"
-    size = np.log([blob.size for blob in blobs])
-    alike = np.argsort(np.abs(size - np.median(size)), kind="stable")[: len(flat)]
-    dots = whole([blobs[k].pt for k in alike], scale)
-    best = _matched(cv2, flat, dots)
-    if best is None:
-        return None, f"{len(blobs)} dark dots are seen, which do not lie as the {len(flat)} points do"
-    return _middles(cv2, grey, best, flat), ""
+    why = []
+    for whole_picture, part in ((grey, small), (255 - grey, 255 - small)):
+        blobs = _detector(cv2, part).detect(part)
+        if len(blobs) < len(flat):
+            why.append(f"{len(blobs)} dots are seen, expected {len(flat)}")
+            continue
+        size = np.log([blob.size for blob in blobs])
+        alike = np.argsort(np.abs(size - np.median(size)), kind="stable")[: len(flat)]
+        best = _matched(cv2, flat, whole([blobs[k].pt for k in alike], scale))
+        if best is not None:
+            return _middles(cv2, whole_picture, best, flat), ""
+        why.append(f"{len(blobs)} dots are seen, which do not lie as the {len(flat)} points do")
+    return None, why[0]
 
 
 def _detector(cv2: Any, picture: Picture) -> Any:

@@ -37,13 +37,14 @@ def numbered(grey: Picture, grid: FloatArray, *, coloured: bool = False) -> Floa
     if grid.shape[0] == grid.shape[1]:
         turned = grid.transpose(1, 0, 2)
         ways += [turned[::-1], turned[:, ::-1]]
-    ways = [way if _turns_right(way) else way[:, ::-1] for way in ways]
+    ways = [way if turns_right(way) else way[:, ::-1] for way in ways]
     if not coloured or min(grid.shape[:2]) < 2:
         return ways[0]
     return max(ways, key=lambda way: _black_first(grey, way) > 0)
 
 
-def _turns_right(grid: FloatArray) -> bool:
+def turns_right(grid: FloatArray) -> bool:
+    """Does y down a grid (rows, columns, 2) lie to the right of x along its rows, as a board's seen from the front?"""
     across, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
     return bool(across[0] * down[1] - across[1] * down[0] > 0)
 

@@ -16,7 +16,7 @@ from fastcal.cells.cell import Arm, Cell
 from fastcal.cells.readings import Readings
 from fastcal.effects.entries import parse_effects, without_repeats
 from fastcal.errors import InvalidInput
-from fastcal.place import Place, place_of
+from fastcal.place import owner_of, places_of
 from fastcal.robot.rig import known_within
 from fastcal.units import to_si
 
@@ -36,7 +36,8 @@ def asked_parameters(
     that are not among `arms`, where that is given, only where they stand.
 
     What carries both moves them together, and no reading shows it. A tool's own place is that of the targets on it. A
-    base that stands on a fork of one URDF is the origin of its first joint.
+    base that stands on a fork of one URDF is the origin of its first joint. Touches of sockets alone leave the world
+    where its first arm stands.
     """
     core, parameters = cell.core, cell.core.parameters
     between = _frames_between(core, readings.sights(cell))
@@ -44,6 +45,7 @@ def asked_parameters(
     turned = {view.partition(":")[0] for kind, _, view in kinds if kind == "rotation"}
     sensors = {view.partition(":")[2] for kind, _, view in kinds if kind in ("position", "rotation")}
     poses = {each.name for each in cell.arms if each.of_poses}
+    ground = _ground(cell, readings)
     out = []
     for branch in core.branches:
         if branch.name in poses:
@@ -56,7 +58,7 @@ def asked_parameters(
                 shown = branch.name in turned | sensors or not parameter.name.startswith("r")
                 wanted = not fixed and shown and branch.first_frame in between
             elif place == "base":
-                wanted = not fixed and branch.first_frame in between
+                wanted = not fixed and branch.first_frame in between and branch.name != ground
             else:
                 is_asked = arms is None or branch.name in arms
                 wanted = is_asked and place != "tool" and core.frame(parameter.owner) in between
@@ -68,6 +70,13 @@ def asked_parameters(
         out += () if effect.penalty or (arms is not None and member.name not in arms) else own
         at = own.stop
     return out
+
+
+def _ground(cell: Cell, readings: Readings) -> str | None:
+    """The arm whose base says where the world is, where touches of unknown places, and no instrument there, show it."""
+    if not readings.labels or readings.is_read_from_world:
+        return None
+    return next((of.name for of in cell.arms if of.on == "world"), None)
 
 
 def with_effects(cell: Cell, text: str) -> Cell:
@@ -86,19 +95,20 @@ def with_effects(cell: Cell, text: str) -> Cell:
     for item in items:
         head, colon, options = item.partition(":")
         name, at, owner = head.partition("@")
-        place = place_of(owner) if at else None
-        if place is not None and place.arm not in {arm.name for arm in cell.arms}:
+        places = places_of(owner) if at else []
+        of = {place.arm for place in places}
+        if len(of) > 1 or not of <= {arm.name for arm in cell.arms}:
             raise InvalidInput(f"--effects {item:.60}: expected an owner such as {cell.arms[-1].name}.joint1")
-        own_name = name if place is None else f"{name}@{replace(place, arm='')}"
+        own_name = f"{name}{at}{owner_of(replace(place, arm='') for place in places)}"
         asked = [f"{own_name}{colon}{options}"]
-        cell = replace(cell, arms=tuple(_with_asked(arm, asked, place) for arm in cell.arms))
+        cell = replace(cell, arms=tuple(_with_asked(arm, asked, of) for arm in cell.arms))
     cell.model  # noqa: B018  which says whether they can be in a cell
     return cell
 
 
-def _with_asked(arm: Arm, asked: list[str], place: Place | None) -> Arm:
-    """The arm with the effects, where they are meant of it."""
-    if arm.of_poses or (place is not None and place.arm != arm.name):
+def _with_asked(arm: Arm, asked: list[str], of: Collection[str]) -> Arm:
+    """The arm with the effects, where they are meant of it: of an arm named, or of all where none is."""
+    if arm.of_poses or (of and arm.name not in of):
         return arm
     own = arm.robot.entries
     entries = without_repeats([*own, *parse_effects(asked, arm.robot.core, own)[1]])

@@ -18,7 +18,7 @@ from fastcal.conversion import convert
 from fastcal.conversion.joined import check_joins, joined_screws, joints_of_last
 from fastcal.effects.entries import traits_of
 from fastcal.errors import InvalidInput
-from fastcal.place import Place, place_of
+from fastcal.place import Place, owner_of, places_of
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Spec
 
@@ -59,9 +59,9 @@ class LoadedWay(Way):
 
     def _renumbered(self, effect: Spec) -> Spec:
         """An effect of a joint of the way alone, which is counted among those of all branches here."""
-        place = place_of(effect["owner"])
         own = [k + 1 for k, (arm, _) in enumerate(self.joints) if arm in self.arms]
-        return {**effect, "owner": str(Place("", "joint", own[place.index]))}
+        places = (Place("", "joint", own[place.index]) for place in places_of(effect["owner"]))
+        return {**effect, "owner": owner_of(places)}
 
 
 def ways_of(cell: Cell, views: Sequence[str]) -> list[Way]:

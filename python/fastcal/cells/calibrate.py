@@ -17,18 +17,22 @@ from fastcal.calibration.data_notes import unseen_directions
 from fastcal.calibration.inspection import check_columns
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.kind_noise import noise_record, scaled
+from fastcal.calibration.known_lengths import KnownLength, known_lengths, length_notes
 from fastcal.calibration.lens_start import started_lenses
 from fastcal.calibration.result import IdentifiedParameter, Unidentifiable
 from fastcal.cells.cell import Cell
+from fastcal.cells.data_notes import data_notes
 from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.evidence import SharedNoise
 from fastcal.cells.fit import Fit, never_worse
+from fastcal.cells.misfit import check_cell_fit
 from fastcal.cells.paths import serial_ways
 from fastcal.cells.placements import Placement, placements
 from fastcal.cells.readings import Readings
 from fastcal.cells.records import JOINTS, cell_record, way_records
 from fastcal.cells.rig_start import judged_readings, rig_start
 from fastcal.cells.start import started
+from fastcal.cells.told import found_distances, without_what_is_contradicted
 from fastcal.display.shown import PlottedCell
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.errors import InvalidInput
@@ -55,6 +59,7 @@ class CellResult(PlottedCell):
         readings: What was read, of which `train` and `views` are the errors.
         outliers: Rows whose error the noise does not explain.
         shared: What all corners of a picture share, and how far the geometry may be off; None where it was not asked.
+        known_distances: Of each distance that the file knows, what it says and what the fit has.
         moved: Of an update, what has moved since the calibration; None of a calibration.
     """
 
@@ -75,6 +80,7 @@ class CellResult(PlottedCell):
     test_views: dict[str, KindErrors] | None = None
     shared: SharedNoise | None = None
     moved: list[str] | None = None
+    known_distances: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -112,6 +118,7 @@ class CellResult(PlottedCell):
             "outliers": self.outliers,
             "joints_repeat_deg": None if self.shared is None else from_si(self.shared.repeats, "deg"),
             "held": self.held,
+            **({"known_distances": self.known_distances} if self.known_distances else {}),
             **({} if self.moved is None else {"method": "update", "moved": self.moved}),
             "notes": self.notes,
         }
@@ -163,14 +170,20 @@ def calibrate_cell(
     cell = replace(cell, cameras={**cell.cameras, **lenses})
     readings = replace(readings, notes=(*readings.notes, *of_lenses))
     readings = judged_readings(cell, readings, mend=mend)
+    given = cell
+    cell, against = without_what_is_contradicted(
+        cell, readings, effects=effects, arms=arms, loss=loss, threads=threads
+    )
+    readings = replace(readings, notes=(*readings.notes, *against))
     start, used, wrong = started(cell, readings)
     places = rig_start(start, used)
     report("identifying")
     fit = Fit.of(start, used, places, effects=effects, arms=arms, loss=loss, threads=threads, report=report)
-    fit, status, message, held = never_worse(fit, report)
+    of_data = data_notes(start, used, fit.asked)
+    fit, status, message, held = never_worse(fit.of_more_rows(report), report)
     found, solution, noise, shared, measured = fit.found, fit.solution, fit.noise, fit.shared, fit.measured
     model = replace(fit.model, records=way_records(fit.model, readings, threads))
-    readings = replace(readings, notes=(*readings.notes, *held))
+    readings = replace(readings, notes=(*readings.notes, *of_data, *held))
     names = [full_name(parameter) for parameter in found.parameters]
     own = len(start.core.nominal)
     if found.status == "converged":
@@ -179,6 +192,12 @@ def calibrate_cell(
         record = cell_record(solution, measured, found.parameters[:count], kinds, found.degrees_of_freedom)
         unseen, directions = unseen_directions(found, names[:count])
         model = replace(model, record=replace(record, moved=unseen, directions=directions).to_spec())
+    lengths = _touched_lengths(given, solution, measured)
+    readings = replace(readings, notes=(*readings.notes, *length_notes([of.entry for of in given.touched], lengths)))
+    views = view_errors(model, readings)
+    readings = replace(
+        readings, notes=(*readings.notes, *check_cell_fit(given, readings, views, as_read=as_read))
+    )
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
     before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))
@@ -204,6 +223,10 @@ def calibrate_cell(
         test=None if test is None else kind_errors(model, test, before),
         test_views=None if test is None else view_errors(model, test, before),
         shared=shared,
+        known_distances=[
+            *found_distances(given, model, readings, list(solution.free), np.asarray(solution.covariance)),
+            *({**of.to_json_dict(), "used": False} for of in lengths),
+        ],
         notes=list(readings.notes),
     )
 
@@ -218,6 +241,16 @@ def _checked_columns(cell: Cell, readings: Readings, *, as_read: bool) -> list[s
             raise InvalidInput(said("target {name}: {text}", name=way.name, text=str(error))) from None
         out |= dict.fromkeys(said("target {name}: {text}", name=way.name, text=text) for text in found)
     return list(out)
+
+
+def _touched_lengths(cell: Cell, found: Solution, measured: _core.Measurements) -> list[KnownLength]:
+    """The known lengths of a cell between points that were touched; they are reported and not imposed."""
+    own, count = [(of.owner, of.name) for of in measured.parameters], len(cell.model.start)
+    covariance = np.zeros((len(own), len(own)))
+    free = [(k, i - count) for k, i in enumerate(found.free) if i >= count]
+    here, to = [k for k, _ in free], [i for _, i in free]
+    covariance[np.ix_(to, to)] = np.asarray(found.covariance)[np.ix_(here, here)]
+    return known_lengths([of.entry for of in cell.touched], own, np.asarray(found.theta)[count:], covariance)
 
 
 def record_of(noise: dict[str, KindNoise], shared: SharedNoise | None) -> dict[str, tuple[float, str]]:

@@ -94,6 +94,11 @@ class Distance:
     sigma_mm: float
 
     @property
+    def entry(self) -> Spec:
+        """As a file has it."""
+        return {"from": self.start, "to": self.end, "mm": self.mm, "sigma_mm": self.sigma_mm}
+
+    @property
     def view(self) -> str:
         """As the core names what is read of one frame from another."""
         return f"{self.start}:{self.end}"
@@ -105,9 +110,12 @@ class Cell:
 
     Attributes:
         cameras, boards: By their names, as a robot's spec has them; `on` names a frame of the tree.
+        touched: Lengths between points that are touched, such as `socket a`, known beforehand.
         records: Of each way from the world to a target how surely its numbers are known, by the target: a
             `calibration` block as a robot's spec has it.
         record: The same of all parameters of the tree, its cameras and boards together; None where it is not known.
+        found: Where a fit has found what has no place in the tree, such as sockets, SI, by owner and name; a file keeps
+            none of it.
     """
 
     name: str
@@ -118,6 +126,8 @@ class Cell:
     boards: Mapping[str, Spec] = field(default_factory=dict)
     records: Mapping[str, Spec] = field(default_factory=dict)
     record: Spec | None = None
+    touched: tuple[Distance, ...] = ()
+    found: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     def arm(self, name: str) -> Arm:
         """The arm of this name."""

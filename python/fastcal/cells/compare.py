@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
-from fastcal.cells.paths import Way, serial_ways
+from fastcal.cells.paths import Way
 from fastcal.errors import InvalidInput
 from fastcal.monitoring.compare import Comparison, compare
 from fastcal.monitoring.differences import Difference
@@ -71,7 +72,7 @@ def compare_cells(first: Cell, second: Cell, *, threads: int = 1) -> CellCompari
     Raises:
         InvalidInput: They have no target on an arm's flange in common, or other arms carry one.
     """
-    ways = [serial_ways(cell, [of.name for of in cell.points]) for cell in (first, second)]
+    ways = [possible_ways(cell, [of.name for of in cell.points]) for cell in (first, second)]
     others = {way.name: way for way in ways[1]}
     both = [(way, others[way.name]) for way in ways[0] if way.name in others]
     if not both:

@@ -8,7 +8,7 @@ they can show, in plausible sizes; the search is the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,10 +22,12 @@ from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import known_views, simulate_cell
 from fastcal.design.linear import KNOWN_TO
 from fastcal.design.observability import observability_indices
+from fastcal.design.planned import approached, unvaried
 from fastcal.design.poses import SIGMA
 from fastcal.design.search import Search
-from fastcal.effects.entries import full_name
+from fastcal.effects.entries import full_name, label
 from fastcal.errors import InvalidInput
+from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import tables_of
 
 _CANDIDATES = 4000
@@ -39,6 +41,7 @@ class CellDesign:
 
     Attributes:
         q: (N, n) joint positions in the order of the tree [rad, m].
+        approach: Of arms and numbers of joints, from 0, that backlash or friction asks for: (N,) from which side.
         views: What is to be read in each.
         sigma: Standard deviation of a predicted coordinate then, root of the mean square over the candidates [m].
         parameters: Names of what the postures identify.
@@ -48,6 +51,7 @@ class CellDesign:
     """
 
     q: FloatArray
+    approach: dict[tuple[str, int], FloatArray]
     views: list[str]
     sigma: float
     parameters: list[str]
@@ -75,7 +79,8 @@ def design_cell(
     """Chooses `count` postures out of random ones within the joints' limits.
 
     Args:
-        cell: With its members about where they are.
+        cell: With its members about where they are. Its arms' effects stay as they are; those that look at what no
+            posture varies, as of heat, are left out.
         count: How many.
         views: What is read; none: all targets from the world. Beside points, KIND@TARGET or KIND@TARGET:SENSOR of
             another kind of the registry.
@@ -98,13 +103,19 @@ def design_cell(
     if not 1 <= count <= candidate_count:
         raise InvalidInput(f"count must be between 1 and the {candidate_count} candidates, got {count}")
     random = np.random.default_rng(seed)
-    limits = _limits(cell)
+    limits = joint_limits(cell)
     q = random.uniform(limits[:, 0], limits[:, 1], (candidate_count, len(limits)))
     report("linearizing")
     kinds = [view for view in views if "@" in view]
     is_of_points = len(kinds) < len(views) or not views
     points = known_views(cell, [view for view in views if "@" not in view]) if is_of_points else []
-    pool = Readings(q, {}, "design")
+    cell, kept = _planned(cell)
+    approach = {
+        (arm.name, joint): random.choice([-1.0, 1.0], candidate_count)
+        for arm in cell.arms
+        for joint in approached(arm.robot)
+    }
+    pool = Readings(q, {}, "design", arms=_conditions(cell, q, approach))
     if points:
         pool = simulate_cell(cell, pool, points, noise_rotation=None if sigma_rotation is None else 0.0)
     pool = replace(pool, tables={**pool.tables, **_read_of(cell, kinds, len(q))})
@@ -133,13 +144,17 @@ def design_cell(
     chosen = rows.reshape(len(q), k, -1)[members].reshape(-1, len(free))
     sizes = np.array([parameters[asked[i]].sigma for i in free])
     indices = observability_indices(chosen, count)
-    notes = ["arms are not kept from meeting one another or what stands around: drive the postures slowly at first"]
+    notes = [
+        *kept,
+        "arms are not kept from meeting one another or what stands around: drive the postures slowly at first",
+    ]
     if indices["O1"] == 0:
         notes.append(
             f"{count} postures do not identify all {len(free)} parameters: the others stay as the file has them"
         )
     return CellDesign(
         q[members][order],
+        {joint: side[members][order] for joint, side in approach.items()},
         [*points, *kinds],
         float(np.sqrt(search.variance(found.members))),
         [full_name(parameters[asked[i]]) for i in free],
@@ -150,6 +165,36 @@ def design_cell(
         len(q),
         notes,
     )
+
+
+def _planned(cell: Cell) -> tuple[Cell, list[str]]:
+    """The cell with the effects of its arms that postures vary, and a note on effects."""
+    arms, out = [], list[str]()
+    for arm in cell.arms:
+        robot = arm.robot
+        pairs = list(zip(robot.entries, robot.effects, strict=True))
+        kept = [entry for entry, effect in pairs if not unvaried(entry, effect)]
+        out += [f"{label(entry)} of {arm.name}" for entry, effect in pairs if unvaried(entry, effect)]
+        arms.append(arm if len(kept) == len(pairs) else replace(arm, robot=robot.with_(effects=kept)))
+    notes = []
+    if any(arm.robot.entries for arm in cell.arms):
+        notes.append("the postures are chosen for geometry and places, without a payload; the arms' effects stay known")
+    if out:
+        notes.append(f"the postures are not chosen for {', '.join(out)}: no choice of postures makes it observable")
+    return replace(cell, arms=tuple(arms)), notes
+
+
+def _conditions(cell: Cell, q: FloatArray, approach: Mapping[tuple[str, int], FloatArray]) -> dict[str, Dataset]:
+    """Of the arms with joints whose side of approach matters, from which the postures q (N, n) come."""
+    out = {}
+    for branch in cell.core.branches:
+        joints = [joint for arm, joint in approach if arm == branch.name]
+        if joints:
+            own = np.ascontiguousarray(q[:, branch.first_joint : branch.first_joint + branch.joint_count])
+            sides = np.zeros(own.shape)
+            sides[:, joints] = np.column_stack([approach[branch.name, joint] for joint in joints])
+            out[branch.name] = Dataset.from_arrays(own, approach=sides)
+    return out
 
 
 def _read_of(cell: Cell, kinds: Sequence[str], count: int) -> dict[str, FloatArray]:
@@ -164,7 +209,7 @@ def _read_of(cell: Cell, kinds: Sequence[str], count: int) -> dict[str, FloatArr
     return out
 
 
-def _limits(cell: Cell) -> FloatArray:
+def joint_limits(cell: Cell) -> FloatArray:
     """(n, 2) of all joints in the order of the tree."""
     arms = {arm.name: arm for arm in cell.arms}
     own = np.vstack([arms[of.name].robot.limits for of in cell.core.branches if of.joint_count])

@@ -26,7 +26,7 @@ from fastcal.effects.entries import label, options_of, traits_of
 from fastcal.effects.rig_traits import RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import Place, place_of
+from fastcal.place import Place, owner_of, place_of, places_of
 from fastcal.robot.robot_spec import Entry
 
 Progress = Callable[[str], None]
@@ -178,7 +178,7 @@ def _is_like_weights(way: Way, finding: Finding) -> bool:
 
 def _moves(way: Way, owner: str) -> bool:
     """Is an owner of the cell on a way?"""
-    return place_of(owner).arm in {arm.name for arm in way.arms}
+    return {place.arm for place in places_of(owner)} <= {arm.name for arm in way.arms}
 
 
 def _likens(each: WayDiagnosis, effect: str, owner: str) -> bool:
@@ -195,18 +195,19 @@ def _with_effects(
     for of in effects:
         seeing = next(each for each in ways if each.way.name == of.seen_by[0])
         way = seeing.way
-        place = place_of(of.finding.owner)
-        arm = next((arm for arm in way.arms if arm.name == place.arm), way.arms[-1])
+        places = places_of(of.finding.owner)
+        arm = next((arm for arm in way.arms if arm.name == places[0].arm), way.arms[-1])
         if of.entry is None:
             if of.finding.effect in RIG_TRAITS:
                 cell = seeing.mended(cell, of.finding.owner)
             continue
-        if len(way.arms) > 1 and not _can_be_of_an_arm(of.entry):
+        of_one = len({place.arm for place in places}) == 1
+        if len(way.arms) > 1 and not (of_one and _can_be_of_an_arm(of.entry)):
             notes.append(
                 f"{of.finding.label} is not in model.yaml: it refers to the rows of the whole way to {way.name}"
             )
             continue
-        own: Entry = {**of.entry, "owner": str(replace(place, arm=""))}
+        own: Entry = {**of.entry, "owner": owner_of(replace(place, arm="") for place in places)}
         there = arm.robot.with_(effects=[*cell.arm(arm.name).robot.entries, own])
         arms = tuple(replace(each, robot=there) if each.name == arm.name else each for each in cell.arms)
         tried = replace(cell, arms=arms)

@@ -16,6 +16,7 @@ from fastcal.calibration.kind_errors import KindErrors, table
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
+from fastcal.errors import InvalidInput
 from fastcal.measurements.kinds import Kind, of_observation
 from fastcal.robot.rig import pictures
 
@@ -52,14 +53,21 @@ def kinds_json(kinds: Mapping[str, KindErrors]) -> dict[str, Any]:
 def unknowns_as_they_are(cell: Cell, readings: Readings) -> FloatArray:
     """(U,) of the unknowns of what was read: 0 of cameras and boards, which stand where the cell has them.
 
-    Of other observations, as of a floor over which heights are read, the closed form by these readings.
+    Of other observations, as of a socket or a floor over which heights are read, as the cell has found them, else the
+    closed form by these readings. InvalidInput where they are too few for it.
     """
     parameters = readings.measured(cell).parameters
-    out = np.zeros(len(parameters))
-    own = [i for i, of in enumerate(parameters) if not is_of_rig(of)]
+    out = np.array([cell.found.get((of.owner, of.name), 0.0) for of in parameters])
+    own = [i for i, of in enumerate(parameters) if not is_of_rig(of) and (of.owner, of.name) not in cell.found]
     if own:
         others = replace(readings, tables={name: of for name, of in readings.tables.items() if name != CORNERS})
-        out[own] = _core.start_unknowns(cell.model, others.samples(cell), others.measured(cell))
+        there = others.measured(cell)
+        try:
+            values = _core.start_unknowns(cell.model, others.samples(cell), there)
+        except InvalidInput as error:
+            raise InvalidInput(f"{readings.source}: {error}") from None
+        started = {(of.owner, of.name): value for of, value in zip(there.parameters, values.tolist(), strict=True)}
+        out[own] = [started[parameters[i].owner, parameters[i].name] for i in own]
     return out
 
 
@@ -83,10 +91,14 @@ def _views(cell: Cell, readings: Readings) -> dict[str, tuple[Kind, FloatArray]]
     r = np.asarray(_core.residuals(model, readings.samples(cell), measured, as_it_is))
     out = {}
     for of in measured.observations:
+        if of.is_known:
+            continue
         part = r[:, of.first_number : of.first_number + len(of.components)]
         part, kind = part.reshape(len(part), of.reading_count, -1), of_observation(of)
         if of.field != CORNERS:
-            out[of.name] = (kind, part)
+            views = [of.name] if "@" in of.name else [f"{of.name}@{view}" for view in readings.touched_by(kind.name)]
+            for k, name in enumerate(views):
+                out[name] = (kind, part if len(views) == 1 else part[:, k : k + 1])
             continue
         for (camera, board), corners in pictures(cell).items():
             out[f"{kind.name}@{board}:{camera}"] = (kind, part[:, corners])

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from fastcal.calibration.unknowns import CORNERS, unknowns_found
 from fastcal.cells.asked import asked_parameters, priors
 from fastcal.cells.axis_noise import noise_of_axes, with_axis_noise
 from fastcal.cells.cell import Cell
-from fastcal.cells.errors import view_errors
+from fastcal.cells.errors import is_of_rig, view_errors
 from fastcal.cells.evidence import SharedNoise, settled
 from fastcal.cells.never_worse import arms_to_blame, worse_sights
 from fastcal.cells.pose_noise import settled_poses
@@ -33,6 +33,7 @@ from fastcal.said import said
 Progress = Callable[[str], None]
 
 _ENOUGH = 10  # numbers a parameter: with more the geometry is left free without a look
+_MANY_OUT = 0.2  # of the rows: where a fit leaves out more, they may not be what is wrong
 _WIDE = 3.0  # plausible sizes within which the geometry is held before the readings say how much
 
 
@@ -71,14 +72,18 @@ class Fit:
         loss: str,
         threads: int,
         report: Progress,
+        near: Cell | None = None,
     ) -> Fit:
-        """The fit of some arms, or all, by a loss: weighed by the axes' noise, and by what joints or poses share."""
+        """The fit of some arms, or all, by a loss: weighed by the axes' noise, and by what joints or poses share.
+
+        It begins at `start`, or at the same cell as another fit has it, `near`.
+        """
         options: dict[str, Any] = {"effects": effects, "arms": arms, "loss": loss, "threads": threads}
         asked = asked_parameters(start, used, effects=effects, arms=arms)
+        sizes = geometry_sizes(start, used, asked)
         few = _numbers_of(start, used) < _ENOUGH * len(asked)
         has_joints = not all(arm.of_poses for arm in start.arms)
-        sizes = _WIDE if few and has_joints else None
-        found = _identified(start, used, asked, places, sizes, loss, threads)
+        found = identified(start, used, asked, places, sizes, loss, threads, near)
         measured = used.measured(start)
         solution: Solution = found
         model = there(start, measured, found)
@@ -86,7 +91,7 @@ class Fit:
         kept = np.setdiff1d(np.arange(len(used)), found.outliers)
         weighed, by_axis = with_axis_noise(used, view_errors(model, used.pick(kept)))
         if by_axis and found.status == "converged":
-            found = _identified(start, weighed, asked, places, sizes, loss, threads)
+            found = identified(start, weighed, asked, places, sizes, loss, threads, near)
             measured = weighed.measured(start)
             solution, model = found, there(start, measured, found)
             noise = noise_of_axes(noise, weighed, by_axis)
@@ -107,12 +112,25 @@ class Fit:
         """The same with some options otherwise."""
         return Fit.of(self.start, self.used, self.places, report=report, **{**self.options, **options})
 
+    def of_more_rows(self, report: Progress) -> Fit:
+        """The same, or the fit from where least squares ends, where this one leaves out many rows and that one fewer.
+
+        Far from where all stands, as with a table in two positions, one half of the rows may seem to belong together.
+        """
+        if self.options["loss"] == "none" or len(self.found.outliers) <= _MANY_OUT * len(self.used):
+            return self
+        least = self.again(report, loss="none")
+        near = self.start.with_values(np.asarray(least.solution.theta))
+        tried = self.again(report, near=near)
+        is_better = tried.found.status == "converged" and len(tried.found.outliers) < len(self.found.outliers)
+        return tried if is_better else self
+
     def frames(self) -> Cell | None:
         """Where the members stand with the arms as their files say; None where that is this fit, or none is found."""
         asked = asked_parameters(self.start, self.used, arms=())
         if len(asked) == len(self.asked):
             return None
-        found = _identified(self.start, self.used, asked, self.places, None, "huber", self.options["threads"])
+        found = identified(self.start, self.used, asked, self.places, None, "huber", self.options["threads"])
         return there(self.start, self.measured, found) if found.status == "converged" else None
 
     def errors(self, cell: Cell) -> dict[str, FloatArray]:
@@ -133,7 +151,7 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
     before = fit.errors(frames)
 
     def worse(of: Fit) -> set[str]:
-        now = worse_sights(of.errors(of.model), before)
+        now = worse_sights(fit.start, of.errors(of.model), before)
         return now if of.found.status == "converged" else {view.partition("@")[2] for view in before}
 
     if not (now := worse(fit)):
@@ -162,23 +180,46 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
         held |= arms_to_blame(fit.start, before.keys(), now, ever)
         tried = fit.again(report, arms=sorted(arms - held))
         now = worse(tried)
+    if status == "converged" and not arms - held:
+        alone = fit.again(report, arms=(), loss="huber")
+        return alone, alone.found.status, alone.found.message, [_as_said(held, ever)]
     if tried.found.status != "converged" or not arms - held:
-        alone = said(
+        what = said(
             "the arms could not be identified: the fit {why}; only the places of the members are fitted", why=why
         )
         status = "not_converged" if status == "converged" else status
-        return fit.again(report, arms=(), loss="huber"), status, alone, []
-    note = said(
+        return fit.again(report, arms=(), loss="huber"), status, what, []
+    return tried, tried.found.status, tried.found.message, [_as_said(held, ever)]
+
+
+def _as_said(arms: Collection[str], views: Collection[str]) -> str:
+    return said(
         "{arms}: as the files say, since {views} would be farther off with it identified than with it as it is",
-        arms=" and ".join(sorted(held)),
-        views=", ".join(sorted(ever)),
+        arms=" and ".join(sorted(arms)),
+        views=", ".join(sorted(views)),
     )
-    return tried, tried.found.status, tried.found.message, [note]
 
 
-def _identified(
-    cell: Cell, readings: Readings, asked: list[int], places: RigStart, sizes: float | None, loss: str, threads: int
+def geometry_sizes(cell: Cell, readings: Readings, asked: list[int]) -> float | None:
+    """Plausible sizes within which the geometry is held at first, where there are few numbers; None: it is free."""
+    few = _numbers_of(cell, readings) < _ENOUGH * len(asked)
+    return _WIDE if few and not all(arm.of_poses for arm in cell.arms) else None
+
+
+def identified(
+    cell: Cell,
+    readings: Readings,
+    asked: list[int],
+    places: RigStart,
+    sizes: float | None,
+    loss: str,
+    threads: int,
+    near: Cell | None = None,
 ) -> _core.Identification:
+    """The asked parameters of a cell and the unknowns of its readings, its geometry held within some sizes or free.
+
+    It begins at the cell, or at the same as another fit has it, `near`.
+    """
     measured = readings.measured(cell)
     given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
     given["unknowns"] = places.of(measured.parameters)
@@ -188,13 +229,15 @@ def _identified(
         if max(asked, default=0) >= len(cell.core.nominal)
         else {}
     )
-    return _core.identify(cell.model, readings.samples(cell), measured, **given)
+    return _core.identify((near or cell).model, readings.samples(cell), measured, **given)
 
 
 def there(cell: Cell, measured: _core.Measurements, found: Solution) -> Cell:
     """The cell as it was identified."""
-    unknowns = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
-    return cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, *unknowns)
+    values, std = unknowns_found(found, len(cell.model.start), np.asarray(found.covariance))
+    there = cell.with_values(np.asarray(found.theta)).with_rig(measured.parameters, values, std)
+    pairs = zip(measured.parameters, values.tolist(), strict=True)
+    return replace(there, found={(of.owner, of.name): value for of, value in pairs if not is_of_rig(of)})
 
 
 def _numbers_of(cell: Cell, readings: Readings) -> int:
@@ -209,4 +252,11 @@ def _numbers_of(cell: Cell, readings: Readings) -> int:
             out += int(np.minimum(seen, NUMBERS).sum())
         elif not name.startswith("sigma"):
             out += int(known.sum())
-    return out
+    touches = [of for of in readings.measured(cell).observations if not of.field and not of.is_known]
+    return out + sum(len(of.components) // of.reading_count * _touches(readings, of) for of in touches)
+
+
+def _touches(readings: Readings, of: _core.Observation) -> int:
+    """Rows of labels that are all that was read."""
+    own = [name for name in readings.labels if name.partition("@")[0] == of.name]
+    return sum(int((readings.labels[name].codes >= 0).sum()) for name in own)

@@ -51,7 +51,7 @@ def gap_of(
         mend: As of `calibrate_cell`.
         threads: Cores.
     """
-    plain = calibrate_cell(cell, readings, mend=mend, threads=threads)
+    plain = calibrate_cell(cell, readings, mend=mend, as_read=True, threads=threads)
     if plain.status != "converged":
         return []
     steps = [(None, plain.nominal), (GEOMETRY, plain.cell), (FOUND, written)]

@@ -114,7 +114,7 @@ class KnownFit:
         columns = dict(zip(record.moved, record.directions, strict=True))
         H = np.array([columns.get(name, np.zeros(record.directions.shape[1])) for name in names])
         W = np.zeros((len(names), 0))
-        if any(":" not in view for view in readings.views):
+        if readings.is_read_from_world:
             X = stands_at(cell, readings)
             L, H, cell = turned(cell, X, L), turned(cell, X, H), carried(cell, X)
             W = _ANEW * motions_of_world(cell, measured.parameters)
@@ -143,9 +143,14 @@ class KnownFit:
         return self.record.sigma(JOINTS) or 0.0
 
     def near(self, theta: FloatArray, rows: NDArray[np.intp] | None = None) -> Near:
-        """The readings, or some rows of them, at theta. InvalidInput where the noise of a kind is not known."""
+        """The readings, or some rows of them, at theta; raises as of `noise`."""
         used = self.readings.pick(self.rows if rows is None else rows)
-        measured, noise = used.measured(self.cell), []
+        measured = used.measured(self.cell)
+        return Near.of(self.cell, measured, used, theta, self.G, self.noise(measured), self.threads)
+
+    def noise(self, measured: _core.Measurements) -> list[float]:
+        """Of each observation, 0 where it claims its own. InvalidInput where that of a kind is not known."""
+        noise = []
         for of in measured.observations:
             known = self.record.sigma(of_observation(of).name)
             if known is None and not of.claims_sigma:
@@ -155,7 +160,7 @@ class KnownFit:
                     f"{of_observation(of).name}; expected {expected}"
                 )
             noise.append(0.0 if of.claims_sigma or known is None else known)
-        return Near.of(self.cell, measured, used, theta, self.G, noise, self.threads)
+        return noise
 
     def cost(self, near: Near) -> float:
         """Chi square of what is left, priors included."""

@@ -39,13 +39,15 @@ def cost(views: Collection[str], errors: Errors, first: Errors) -> float:
     return sum(len(own) * float(np.log(own.mean())) for own in every if len(own))
 
 
-def worse_sights(errors: Errors, frames: Errors) -> set[str]:
-    """Sights that are worse than by frames alone, as a whole or, beyond chance, in a kind."""
+def worse_sights(cell: Cell, errors: Errors, frames: Errors) -> set[str]:
+    """Sights that arms move and that are worse than by frames alone, as a whole or, beyond chance, in a kind."""
     sights: dict[str, list[str]] = {}
     for view in frames.keys() & errors.keys():
         sights.setdefault(view.partition("@")[2], []).append(view)
     out = set()
     for sight, views in sights.items():
+        if not arms_between(cell, sight):
+            continue  # no arm is to blame for what stands still
         lost = [squares(view, errors, frames) - squares(view, frames, frames) for view in views]
         beyond = any(of.mean() > _CHANCE * of.std() / np.sqrt(len(of)) for of in lost if len(of))
         count = sum(map(len, lost))

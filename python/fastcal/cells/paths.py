@@ -127,7 +127,12 @@ class Way:
         fields = ("position", "rotation", "sigma_position", "sigma_rotation")
         given: dict[str, Any] = {field: readings.tables.get(f"{field}@{self.name}") for field in fields}
         seen = {name.partition("@")[0]: of for name, of in readings.tables.items() if name.endswith(f"@{self.name}")}
+        labels = {name.partition("@")[0]: of for name, of in readings.labels.items() if name.endswith(f"@{self.name}")}
+        lengths, anchor = seen.pop("distance", None), labels.pop("anchor", None)
+        if lengths is not None and anchor is not None:  # one arm's lengths have an anchor
+            given |= {"distance": lengths[:, 0], "anchor": anchor.texts}
         given["observed"] = {field: table for field, table in seen.items() if field not in fields}
+        given["observed_labels"] = {field: of.texts for field, of in labels.items()}
         given |= self._conditions(readings)
         return Dataset.from_arrays(np.ascontiguousarray(readings.q[:, own]), source=readings.source, **given)
 

@@ -81,7 +81,7 @@ def settled_poses(
         known: What is known of the places beforehand.
         threads: Cores.
     """
-    if any(name.partition("@")[0] not in ("position", "rotation") for name in readings.tables):
+    if readings.labels or any(name.partition("@")[0] not in ("position", "rotation") for name in readings.tables):
         return None
     theta, free = np.array(found.theta), list(found.free)
     precision = known.sigma[free] ** -2.0

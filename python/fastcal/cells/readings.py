@@ -23,6 +23,25 @@ from fastcal.units import to_si
 
 
 @dataclass(frozen=True, eq=False)
+class Labels:
+    """What was touched, or measured from, in each posture: codes (N,) of names, -1 none."""
+
+    codes: NDArray[np.int32]
+    names: tuple[str, ...]
+
+    @staticmethod
+    def of(texts: Sequence[str]) -> Labels:
+        """Of N texts, empty where there is none."""
+        names = {name: k for k, name in enumerate(dict.fromkeys(text for text in texts if text))}
+        return Labels(np.array([names.get(text, -1) for text in texts], dtype=np.int32), tuple(names))
+
+    @property
+    def texts(self) -> list[str]:
+        """(N,) names, empty where there is none."""
+        return [self.names[code] if code >= 0 else "" for code in self.codes]
+
+
+@dataclass(frozen=True, eq=False)
 class Readings:
     """N postures of a cell.
 
@@ -30,6 +49,7 @@ class Readings:
         q: (N, n) joint positions in the order of the tree [rad, m].
         tables: Of each field and view, such as `position@smr:camera`, (N, c) numbers, SI, NaN where not read; `corner`
             and `sigma_corner` are of all pictures of a posture.
+        labels: Of each field of labels and target, such as `socket@smr`, which point, plane or anchor it is.
         source: The file.
         notes: What a reader should know, a sentence each.
         speed: (N, n) of the joints when a posture was read [rad/s, m/s], NaN where unknown.
@@ -44,6 +64,7 @@ class Readings:
     speed: FloatArray | None = None
     row: IntArray | None = None
     arms: Mapping[str, Dataset] = field(default_factory=dict)
+    labels: Mapping[str, Labels] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.q)
@@ -51,8 +72,20 @@ class Readings:
     @property
     def views(self) -> list[str]:
         """TARGET or TARGET:SENSOR of what was read, each once."""
-        seen = (name.partition("@")[2] for name in self.tables if not name.startswith("sigma"))
-        return list(dict.fromkeys(view for view in seen if view))
+        seen = [name.partition("@")[2] for name in self.tables if not name.startswith("sigma")]
+        return list(dict.fromkeys(view for view in [*seen, *(_target(name) for name in self.labels)] if view))
+
+    @property
+    def is_read_from_world(self) -> bool:
+        """Was something read from the instrument on the world, and not of what has an unknown place there itself?"""
+        labelled = {f"{field}@{_target(name)}" for name in self.labels for field in _fields_beside(name)}
+        read = (name for name in self.tables if not name.startswith("sigma") and name not in labelled)
+        return any("@" in name and ":" not in name for name in read)
+
+    def touched_by(self, kind: str) -> list[str]:
+        """The targets of a kind of reading with labels, in the order in which the core has them."""
+        fields = {field.name for field in _core.observation_entry(kind).fields if field.role == "label"}
+        return sorted(_target(name) for name in self.labels if name.partition("@")[0] in fields)
 
     def pick(self, rows: NDArray[np.intp]) -> Readings:
         """Some rows."""
@@ -60,7 +93,9 @@ class Readings:
         speed = None if self.speed is None else np.ascontiguousarray(self.speed[rows])
         row = None if self.row is None else np.ascontiguousarray(self.row[rows])
         arms = {name: data.select(rows) for name, data in self.arms.items()}
-        return replace(self, q=np.ascontiguousarray(self.q[rows]), tables=tables, speed=speed, row=row, arms=arms)
+        labels = {name: Labels(np.ascontiguousarray(of.codes[rows]), of.names) for name, of in self.labels.items()}
+        q = np.ascontiguousarray(self.q[rows])
+        return replace(self, q=q, tables=tables, speed=speed, row=row, arms=arms, labels=labels)
 
     @property
     def in_order(self) -> Readings:
@@ -69,12 +104,17 @@ class Readings:
 
     def without(self, rows: Mapping[str, Sequence[int]]) -> Readings:
         """Without what was read of some views in some rows."""
-        tables = dict(self.tables)
+        tables, labels = dict(self.tables), dict(self.labels)
         for name, table in self.tables.items():
             if own := rows.get(name.partition("@")[2]):
                 tables[name] = table.copy()
                 tables[name][list(own)] = np.nan
-        return replace(self, tables=tables)
+        for name, of in self.labels.items():
+            if own := rows.get(_target(name)):
+                codes = of.codes.copy()
+                codes[list(own)] = -1
+                labels[name] = Labels(codes, of.names)
+        return replace(self, tables=tables, labels=labels)
 
     def samples(self, cell: Cell) -> _core.Samples:
         """The postures for the core, each arm in its own conditions.
@@ -100,8 +140,9 @@ class Readings:
         """What was read, for the core. InvalidInput where it names a frame that the cell does not have."""
         tables = dict(self.tables)
         for known in cell.distances:
-            tables |= _known(cell, known, len(self))
-        return _core.Measurements(cell.core, len(self), tables, {}, self._rig(cell))
+            tables |= known_tables(cell, known, len(self))
+        labels = {name: (of.codes, list(of.names)) for name, of in self.labels.items()}
+        return _core.Measurements(cell.core, len(self), tables, labels, self._rig(cell))
 
     def _rig(self, cell: Cell) -> _core.Rig:
         """The cameras and boards of a cell, as they stand or move in each posture."""
@@ -125,7 +166,20 @@ class Readings:
         ]
 
 
-def _known(cell: Cell, known: Distance, rows: int) -> dict[str, FloatArray]:
+def _target(name: str) -> str:
+    """Of a table or of labels."""
+    return name.partition("@")[2]
+
+
+def _fields_beside(name: str) -> list[str]:
+    """The fields of what is read with a field of labels: the lengths of anchors."""
+    of = name.partition("@")[0]
+    entries = [_core.observation_entry(kind) for kind in _core.observation_names()]
+    own = [entry for entry in entries if any(field.name == of and field.role == "label" for field in entry.fields)]
+    return [field.name for entry in own for field in entry.fields if field.role == "measured"]
+
+
+def known_tables(cell: Cell, known: Distance, rows: int) -> dict[str, FloatArray]:
     """A known distance as readings, which count once together: its error is the same in all postures.
 
     Ends that stand on one frame are as far apart in the first posture as in any.
@@ -134,5 +188,5 @@ def _known(cell: Cell, known: Distance, rows: int) -> dict[str, FloatArray]:
     read = 1 if ends[0] == ends[1] else rows
     length = np.full((rows, 1), np.nan)
     length[:read] = to_si(known.mm, "mm")
-    sigma = np.full((rows, 3), to_si(known.sigma_mm, "mm") * np.sqrt(max(read, 1)))
-    return {f"distance@{known.view}": length, f"sigma_position@{known.view}": sigma}
+    sigma = np.full((rows, 1), to_si(known.sigma_mm, "mm") * np.sqrt(max(read, 1)))
+    return {f"known_distance@{known.view}": length, f"sigma_known_distance@{known.view}": sigma}

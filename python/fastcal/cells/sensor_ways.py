@@ -35,7 +35,7 @@ from fastcal.effects.rig_traits import BRACKET_SAG
 from fastcal.effects.traits import Traits
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import place_of
+from fastcal.place import owner_of, place_of, places_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import pictures
 from fastcal.robot.robot import Robot
@@ -206,16 +206,17 @@ class SensorWay(Way):
     def _effects(self, step: Step) -> Iterator[Spec]:
         """The effects of the arm's joints that are on the way, by their numbers in the step."""
         for effect in step.arm.robot.entries:
-            place, traits = place_of(effect["owner"]), traits_of(effect["effect"])
-            on_axis = traits.refers_to == "axes" and place.kind == "joint" and place.number
+            places, traits = places_of(effect["owner"]), traits_of(effect["effect"])
+            on_axis = traits.refers_to == "axes" and all(of.kind == "joint" and of.number for of in places)
+            on_axis = on_axis and len({of.index in step.joints for of in places}) == 1
             if not on_axis or not (self.stands or _goes_without_loads(traits)):
                 raise InvalidInput(
                     f"arm {step.arm.name} has {effect['effect']}@{effect['owner']}, which a way from a sensor to a "
                     "target cannot bring along"
                 )
-            if place.index in step.joints:
-                number = step.joints.index(place.index) + 1
-                yield {**effect, "owner": str(replace(place, number=number))}
+            if places[0].index in step.joints:
+                own = (replace(of, number=step.joints.index(of.index) + 1) for of in places)
+                yield {**effect, "owner": owner_of(own)}
 
     def told(self, name: str) -> str:
         """As the cell calls it: what followed torques, where it moves, as if they were currents."""

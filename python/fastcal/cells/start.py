@@ -6,14 +6,14 @@ A reading sees a target from a sensor: T_world_sensor S = T_world_target with S 
 X on its frame F, every reading in which it is one of the ends gives a point or a whole pose of X on F, once all others
 are where they are. So each is placed given the others, in turn, the robust mean of what its readings say, a few rounds:
     X = F^-1 T_world_sensor S          (a target)
-    X = F^-1 T_world_target S^-1       (a sensor, a whole pose)
+    X = F^-1 T_world_target S^-1       (a sensor, a whole pose; of points the motion that fits best)
 Where points read from the world miss the places of the file by far, each arm that stands there goes first, with one of
 its targets, where the closed form of a serial arm has both.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,11 +23,13 @@ from fastcal import _core
 from fastcal.calibration.alignment import align
 from fastcal.calibration.hand_eye import gross, hand_eye
 from fastcal.calibration.picture_arm import meant_by_poses
-from fastcal.cells.cell import SIGMA_MM, Cell, Known
+from fastcal.calibration.point_hand_eye import meant_by_points, point_hand_eye
+from fastcal.cells.asked import arms_between
+from fastcal.cells.cell import SIGMA_MM, Cell, Known, Point
 from fastcal.cells.paths import Way, serial_ways
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
-from fastcal.measurements.rotations import nearest_rotation
+from fastcal.measurements.rotations import best_motion, nearest_rotation
 from fastcal.robot import se3
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot_spec import frame_spec
@@ -36,6 +38,7 @@ from fastcal.units import to_si
 FloatArray = NDArray[np.float64]
 _ROUNDS = 8
 _LEAST = 3  # readings that place a member
+_MANY = 0.2  # of the rows of a view: where more are gross, what carries it stands elsewhere than the file has it
 _FAR = 20.0  # plausible errors of a place in the file, in the median, beyond which no fit starts there
 
 
@@ -118,24 +121,36 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
 
     With what is left to be placed, and by view the rows whose readings are of something else.
 
-    A T_frame_sensor S = T_other_target, A the sensor's frame in that of the target.
+    A T_frame_sensor S = T_other_target, A the sensor's frame in that of the target; of points A T_frame_sensor s = b.
     """
     model, samples = cell.model, readings.samples(cell)
     wrong: dict[str, list[int]] = {}
     for view in readings.views:
         target, _, sensor = view.partition(":")
-        seen = _measured_poses(readings, view)
-        if seen is None or not {target, sensor} <= loose:
+        if not {target, sensor} <= loose:
             continue
         places = {of.name: of for of in cell.points}
         frame, other = (_world_poses(model, samples, places[name].on, len(readings)) for name in (sensor, target))
-        A, whole = se3.inverses(other) @ frame, np.isfinite(seen).all(axis=(1, 2))
+        A, seen = se3.inverses(other) @ frame, _measured_poses(readings, view)
+        if seen is None:
+            at = _measured_points(readings, view)
+            there = np.isfinite(at).all(axis=1)
+            if meant := meant_by_points(A[there], at[there]):
+                raise InvalidInput(f"{readings.source}: points of {target} as {sensor} saw them: {meant}")
+            if (by_points := point_hand_eye(A[there], at[there])) is not None:
+                X, b = by_points
+                turn = pose(places[target].place)[:3, :3]
+                cell, loose = _with_places(cell, {sensor: X, target: se3.pose(turn, b)}), loose - {sensor, target}
+            continue
+        whole = np.isfinite(seen).all(axis=(1, 2))
         found = hand_eye(A[whole], seen[whole])
         if found is None:
             continue
         if meant := meant_by_poses(A[whole], seen[whole]):
             raise InvalidInput(f"{readings.source}: poses of {target} as {sensor} saw it: {meant}")
-        wrong[view] = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
+        off = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
+        is_told = all(cell.arm(name).of_poses for name in arms_between(cell, view))  # by controllers, and not by files
+        wrong[view] = off if is_told or len(off) <= _MANY * whole.sum() else []
         cell = _with_places(cell, {sensor: found[0], target: found[1]})
         loose = loose - {sensor, target}
     return cell, loose, wrong
@@ -149,7 +164,7 @@ def _world_poses(model: _core.ErrorModel, samples: _core.Samples, of: str, count
 
 
 def _placed(cell: Cell, readings: Readings, name: str) -> Cell:
-    """The cell with one point where all its readings of whole poses put it."""
+    """The cell with one target or sensor where all its readings put it, those of whole poses if there are any."""
     point = next(of for of in cell.points if of.name == name)
     model, samples = cell.model, readings.samples(cell)
 
@@ -165,9 +180,43 @@ def _placed(cell: Cell, readings: Readings, name: str) -> Cell:
         T = poses(sensor) @ seen if name == target else poses(target) @ se3.inverses(seen)
         found.append(se3.inverses(poses(point.on)) @ T)
     every = [T for T in np.concatenate(found) if not np.isnan(T).any()] if found else []
-    if len(every) < _LEAST:
-        return cell
-    return _with_places(cell, {name: _mean(np.array(every), pose(point.place))})
+    if len(every) >= _LEAST:
+        return _with_places(cell, {name: _mean(np.array(every), pose(point.place))})
+    by_points = _placed_by_points(point, readings, poses)
+    return cell if by_points is None else _with_places(cell, {name: by_points})
+
+
+def _placed_by_points(point: Point, readings: Readings, poses: Callable[[str], FloatArray]) -> FloatArray | None:
+    """(4, 4) on its frame: a target at the median of what was read, a sensor by W. Kabsch (1976); None: too little was.
+
+    Args:
+        point: The target or sensor.
+        readings: Of points.
+        poses: (N, 4, 4) of a frame, a target or a sensor in the world.
+    """
+    own, other = list[FloatArray](), list[FloatArray]()  # as a sensor reads it, and where that is on its frame
+    for view in readings.views:
+        target, _, sensor = view.partition(":")
+        if not sensor or point.name not in (target, sensor) or _measured_poses(readings, view) is not None:
+            continue
+        seen, on = _measured_points(readings, view), se3.inverses(poses(point.on))
+        there = np.isfinite(seen).all(axis=1)
+        if point.name == target:
+            seen = np.einsum("nij,nj->ni", poses(sensor)[:, :3, :3], seen) + poses(sensor)[:, :3, 3]
+        at = seen if point.name == target else poses(target)[:, :3, 3]
+        own.append(seen[there])
+        other.append((np.einsum("nij,nj->ni", on[:, :3, :3], at) + on[:, :3, 3])[there])
+    if sum(map(len, own)) < _LEAST:
+        return None
+    if point.name in {view.partition(":")[0] for view in readings.views}:
+        return se3.pose(pose(point.place)[:3, :3], np.median(np.concatenate(other), axis=0))
+    return best_motion(np.concatenate(own), np.concatenate(other))
+
+
+def _measured_points(readings: Readings, view: str) -> FloatArray:
+    """(N, 3) of a view, NaN where not measured."""
+    p = readings.tables.get(f"position@{view}")
+    return np.full((len(readings), 3), np.nan) if p is None else p
 
 
 def _measured_poses(readings: Readings, view: str) -> FloatArray | None:

@@ -18,8 +18,10 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, kinds_json
+from fastcal.cells.expected import expected_rms
 from fastcal.cells.fit import there
 from fastcal.cells.known_fit import MOVED, KnownFit, Settled, known_record, suspects
+from fastcal.cells.next_postures import next_postures, posture_json
 from fastcal.cells.readings import Readings
 from fastcal.cells.rig_start import judged_readings
 from fastcal.errors import InvalidInput
@@ -75,7 +77,9 @@ class WholeCheck:
         rows: Postures that are off and that no move explains.
         p_value: Of what is left when the rest has moved.
         enough: Were there readings enough to decide?
+        expected: RMS error of each kind [m, rad, px] as noise, joints and the model's uncertainty make it.
         blind: What may have moved without these readings showing it.
+        next: (M, n) postures to measure next, where they would decide something.
         postures: How many there were.
         within: Are all points within the tolerance? None without one, or where the readings do not decide it.
         there: The cell, the instrument where it stands now.
@@ -91,7 +95,9 @@ class WholeCheck:
     rows: tuple[int, ...]
     p_value: float
     enough: bool
+    expected: dict[str, float]
     blind: tuple[str, ...]
+    next: FloatArray
     postures: int
     notes: tuple[str, ...] = ()
     tolerance: float | None = None
@@ -131,17 +137,24 @@ class WholeCheck:
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of check.json."""
+        points = self.kinds.get(POINTS)
+        kinds = kinds_json(self.kinds)
+        for name, of in self.kinds.items():
+            kinds[name]["expected_rms"] = of.kind.shown(self.expected[name])
         return {
             "verdict": self.verdict,
             "sentence": str(self.sentence),
+            "rms_mm": None if points is None else points.rms,
+            "expected_rms_mm": None if points is None else from_si(self.expected[POINTS], "mm"),
             "tolerance_mm": None if self.tolerance is None else from_si(self.tolerance, "mm"),
             "within_tolerance": self.within,
             "p_value": self.p_value,
-            "kinds": kinds_json(self.kinds),
+            "kinds": kinds,
             "noise": {name: of.to_json_dict() for name, of in self.noise.items()},
             "causes": [of.to_json_dict() for of in self.moved],
             "rows": list(self.rows),
             "blind": list(self.blind),
+            "next_poses": [posture_json(self.cell, q) for q in self.next],
             "count": self.postures,
             "robot": self.cell.name,
         }
@@ -182,6 +195,10 @@ def check_whole(cell: Cell, readings: Readings, *, tolerance: float | None = Non
     if tolerance is not None and of_points is not None:
         within = within_tolerance(of_points.max, tolerance, record.sigma(POINTS) or 0.0)
     told = {name for group in groups for name in group}
+    blind = tuple(_blind(fit, {name: of for name, of in columns.items() if name not in told}))
+    enough = before.near(before.start).numbers - before.world.shape[1] >= FEWEST_DEGREES
+    unsure = {*blind, *(name for group in groups if len(group) > 1 for name in group)}
+    watched = {name: own for name, own in columns.items() if not enough or name in unsure}
     known = {of_observation(of).name: of_observation(of) for of in before.measured.observations}
     return WholeCheck(
         cell=cell,
@@ -192,8 +209,10 @@ def check_whole(cell: Cell, readings: Readings, *, tolerance: float | None = Non
         moved=tuple(moved),
         rows=tuple(np.setdiff1d(np.arange(len(readings)), fit.rows).tolist()),
         p_value=rest.p_value,
-        enough=before.near(before.start).numbers - before.world.shape[1] >= FEWEST_DEGREES,
-        blind=tuple(_blind(fit, {name: of for name, of in columns.items() if name not in told})),
+        enough=enough,
+        expected=expected_rms(before),
+        blind=blind,
+        next=next_postures(fit, watched),
         postures=len(readings),
         notes=readings.notes,
         tolerance=tolerance,

@@ -82,7 +82,7 @@ def written_cell(
         mend: As of `calibrate_cell`.
         threads: Cores.
     """
-    options: dict[str, Any] = {"mend": mend, "threads": threads}
+    options: dict[str, Any] = {"mend": mend, "threads": threads, "as_read": True}  # each way has judged its columns
     tried = {"": _Try(found, found is not plain)}
     bare = replace(found, arms=tuple(_without_curves(arm, plain.arm(arm.name)) for arm in found.arms))
     has_curves = _entries(bare) != _entries(found)
@@ -166,7 +166,7 @@ def _no_worse(
     """
     everyone = frozenset(arm.name for arm in of.cell.arms)
     held, worse = frozenset[str](), set[str]()
-    while now := worse_sights(errors, frames) - worse:
+    while now := worse_sights(plain, errors, frames) - worse:
         worse |= now
         held |= arms_to_blame(plain, frames.keys(), now, worse)
         arms = tuple(plain.arm(arm.name) if arm.name in held else arm for arm in of.cell.arms)
@@ -174,7 +174,7 @@ def _no_worse(
         as_said = replace(without, arms=everyone - held)
         for tried in (without, as_said) if _entries(without.cell) < _entries(of.cell) else (as_said,):
             of, errors = tried, held_out.errors(tried)
-            if not worse_sights(errors, frames):
+            if not worse_sights(plain, errors, frames):
                 break
     if not worse:
         return of, []

@@ -115,7 +115,8 @@ def design_cell(
             progress=show,
             **options,
         )
-    write_csv(output, {"order": range(1, len(found.q) + 1), **posture_columns(cell, found.q)})
+    sides = {f"{arm}.approach{joint + 1}": of for (arm, joint), of in found.approach.items()}
+    write_csv(output, {"order": range(1, len(found.q) + 1), **posture_columns(cell, found.q), **sides})
     say(f"{output}: {len(found.q)} postures of {found.candidate_count}, to read {', '.join(found.views)} in each")
     expected = from_si(found.sigma, "mm")
     say(f"{len(found.parameters)} parameters; a predicted coordinate is then known to {expected:.3g} mm")

@@ -189,11 +189,14 @@ def check_cell(
             write_whole_check(whole, output, language=language)
         warn(whole.notes)
         say(whole.sentence)
-        for of in whole.kinds.values():
+        for name, of in whole.kinds.items():
             if (after := of.statistics[1]) is not None:
-                say(f"{of.kind.plural}: RMS {of.kind.text(after.rms)}")
+                rms, expected = of.kind.text(after.rms), of.kind.text(whole.expected[name])
+                say(f"{of.kind.plural}: RMS {rms}, expected {expected}")
         if whole.blind:
             say(f"not seen by these readings: {', '.join(whole.blind)}")
+        if len(whole.next):
+            say(f"{len(whole.next)} postures that would decide it are in next_poses of check.json")
         _end_check(whole.to_json_dict(), whole.verdict, whole.within)
         return
     ways = ways or ways_of(cell, readings.views)
@@ -266,7 +269,8 @@ def evaluate_cell(model: str, data: list[Path], corners: Path | None, output: Pa
     cell = load_cell(model)
     readings = judged_readings(cell, load_seen_readings(_one(data), cell, corners), known=True)
     kinds = kind_errors(cell, readings)
-    content = {"count": len(readings), "kinds": kinds_json(kinds)}
+    before = {name: {"before": None} | of for name, of in kinds_json(kinds).items()}  # of a model alone there is none
+    content = {"count": len(readings), "kinds": before}
     if output is not None:
         write_json(output, content)
     warn(readings.notes)

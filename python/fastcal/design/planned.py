@@ -37,20 +37,20 @@ def planned_model(
     asked = {identity_at_any_moment(entry) for entry in added}
     kept, left_out = list[Spec](), list[str]()
     for entry, effect in zip(robot.entries, robot.effects, strict=True):
-        if _unvaried(entry, effect) and identity_at_any_moment(entry) not in asked:
+        if unvaried(entry, effect) and identity_at_any_moment(entry) not in asked:
             left_out.append(label(entry))
         else:
             kept.append(entry)
     gone = {"calibration": None} if left_out else {}  # of effects that are left out
     model = robot.with_(effects=without_repeats([*kept, *added]), **gone)
     for entry, effect in zip(model.entries, model.effects, strict=True):
-        for column in _unvaried(entry, effect):
+        for column in unvaried(entry, effect):
             raise InvalidInput(f"{label(entry)} depends on '{column}', which no choice of poses varies")
     notes = [f"the poses are not chosen for {', '.join(left_out)}: no choice of poses makes it observable"]
     return model, geometry, notes if left_out else []
 
 
-def _unvaried(entry: Spec, effect: _core.Effect) -> list[str]:
+def unvaried(entry: Spec, effect: _core.Effect) -> list[str]:
     """Columns that an effect looks at and no choice of poses varies."""
     own = registered.find(entry["effect"])
     needs = [*conditions_read(entry, effect), *(own.extra if own else ())]

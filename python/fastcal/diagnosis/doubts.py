@@ -81,11 +81,30 @@ def bears_little(at: Fit, name: Hypothesis) -> bool:
 
     An upright axis bears what its tilt and the middle of the weights make: what is missing elsewhere can turn it by any
     angle, in other postures by another one. Of the arm as it starts: where a fit has taken the weight from a joint, it
-    is the weight that is wrong.
+    is the weight that is wrong. Of a sag without masses it is the share of the stretched and level arm's moment.
     """
+    if name.traits.without_masses and name.traits.place == "joint":
+        return _share_of_stretched(at, name) < MIN_LOAD_SHARE
     if name.traits.depends_on != ("torque",):
         return False
     joint = place_of(name.owner).index
     load = np.asarray(at.model.loads(at.samples, at.model.start, False, at.problem.threads))[:, 2 * joint + 1]
     part = load[:, 3:] if at.problem.start.robot.joint_types[joint] == "revolute" else load[:, :3]
     return bool(np.linalg.norm(part[:, 2]) < MIN_LOAD_SHARE * np.linalg.norm(part))
+
+
+def _share_of_stretched(at: Fit, name: Hypothesis) -> float:
+    """How far a joint turns, or slides, by its sag, over the sag of the stretched and level arm, RMS over the rows."""
+    place = at.place(name)
+    size = at.model.parameters[place][0].sigma
+    ends = []
+    for value in (0.0, size):
+        theta = at.theta[: len(at.model.parameters)].copy()
+        theta[place] = 0.0
+        theta[place.start] = value
+        ends.append(np.asarray(at.model.predict(at.samples, theta, at.problem.threads)))
+    if at.problem.start.robot.joint_types[place_of(name.owner).index] == "revolute":
+        moved = np.linalg.norm(ends[1][:, :3, :3] - ends[0][:, :3, :3], axis=(1, 2)) / np.sqrt(2)  # 2 sin(turn / 2)
+    else:
+        moved = np.linalg.norm(ends[1][:, :3, 3] - ends[0][:, :3, 3], axis=1)
+    return float(np.sqrt(np.mean(moved**2)) / size)

@@ -283,6 +283,19 @@ def _tried(join: _Join, pairs: list[Pair] | None, how: str) -> list[Pair] | None
     expected = None if pairs is None else [(i, place[j]) for i, j in pairs]
     found = pair_by_robot(join.robot, si_joints(join.poses, join.robot), position[order], expected)
     if found is None or len(found.pairs) < _MOST * min(len(join.points), len(join.poses)):
+        times, rest = divmod(len(join.points), len(join.poses))
+        if times > 1 and rest == 0:
+            raise InvalidInput(
+                said(
+                    "{path}: holds {times} points for each of the {count} poses of {poses}: expected one; points of "
+                    "{times} targets go side by side into one row of a file, as x_mm@n1, x_mm@n2 ..., with targets n1, "
+                    "n2 ... in the robot file",
+                    path=join.points.path,
+                    times=times,
+                    count=len(join.poses),
+                    poses=join.poses.path,
+                )
+            )
         raise InvalidInput(
             said(
                 "{path}: the points do not fit this robot in the order of the poses, nor with rows missing or shifted: "

@@ -182,7 +182,16 @@ def _without_header(grid: Grid, dialect: str) -> Export:
     none: list[Title | None] = [None] * width
     rows = [_padded(row.cells, width) for row in body]
     units = stated_units(grid, len(grid.rows) - 1)
-    return Export(grid, dialect, [""] * width, none, rows, [row.line for row in body], units, headed=False)
+    titles = _unknown_titles(grid, body[0], width)
+    return Export(grid, dialect, titles, none, rows, [row.line for row in body], units, headed=False)
+
+
+def _unknown_titles(grid: Grid, first: Row, width: int) -> list[str]:
+    """The words right above a table that title its columns, though none of them is known; empty: there are none."""
+    above = [row for row in grid.rows[: grid.rows.index(first)] if not row.blank]
+    cells = [" ".join(cell.split()) for cell in above[-1].cells] if above else []
+    are_titles = len(cells) == width == len(set(cells)) and all(cells) and not any(map(is_value, cells))
+    return cells if are_titles else [""] * width
 
 
 def _refuse_polar(grid: Grid, first: Row) -> None:

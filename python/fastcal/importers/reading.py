@@ -24,6 +24,7 @@ FULL_TURN = 6.3  # joints in degrees of a calibration go farther than this numbe
 SMALL_LENGTH = 10.0  # an arm's points in millimetres go farther than this number, those in metres don't
 _ENOUGH = 6  # rows that are enough to decide
 _MOST_NAMED = 20  # columns that are left out
+_FEW_NAMED = 4  # titles that are not known
 _FALSE = frozenset({"0", "no", "false", "n", "nein", "non", "invalid", "falsch"})
 _LABELS = frozenset({"station", "mount", "plane", "anchor"})
 
@@ -187,10 +188,15 @@ def _without_titles(export: Export, joint_kinds: Sequence[str] | None, wanted: s
         for axis, place in zip("xyz", rest, strict=True):
             meanings[place] = Title(axis)
     else:
+        titles = ", ".join(f"'{title:.40}'" for title in export.titles[:_FEW_NAMED] if title)
+        if titles:
+            raise InvalidInput(
+                f"{export.grid.path}: none of its {width} titles is known ({titles}, ...); name them by title, or by "
+                "number from 1, with --map (fastcal import --print-map writes one to start from)"
+            )
         raise InvalidInput(
             f"{export.grid.path}: has no header, so its {width} columns are not known; name them by their "
-            f"numbers from 1 "
-            "with --map (fastcal import --print-map writes one to start from)"
+            "numbers from 1 with --map (fastcal import --print-map writes one to start from)"
         )
     if texts:
         meanings[texts[-1]] = Title("name")

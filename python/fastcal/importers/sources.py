@@ -10,6 +10,7 @@ import os
 import numpy as np
 
 from fastcal.errors import ParseError, TooLarge
+from fastcal.importers.arrays import array_tables, is_matlab, is_numpy
 from fastcal.importers.grid import Grid, Row, export_text, text_grid
 from fastcal.io.excel_sheets import sheets
 from fastcal.io.regular_file import read_bytes
@@ -37,6 +38,8 @@ def read_grids(path: str | os.PathLike[str], encoding: str | None = None) -> lis
     content = read_bytes(path, MAX_BYTES)
     if not content.strip():
         raise ParseError("is empty; expected an export of an instrument or a controller", name)
+    if is_matlab(content) or is_numpy(content):
+        return _arrays(content, name)
     if content.startswith(b"PK\x03\x04"):
         return _sheets(content, name)
     if content.startswith(b"PAR1"):
@@ -97,6 +100,26 @@ def _text(cell: object) -> str:
     if isinstance(cell, datetime.date | datetime.time):
         return cell.isoformat()
     return str(cell).strip()
+
+
+def _arrays(content: bytes, path: str) -> list[Grid]:
+    tables = array_tables(content, path)
+    _check_cells(sum(len(titles) * len(rows) for _, titles, rows in tables), path)
+    return [
+        Grid(
+            path,
+            (
+                Row(1, tuple(titles)),
+                *(Row(line, tuple(map(_number, row))) for line, row in enumerate(rows, start=2)),
+            ),
+            sheet=names,
+        )
+        for names, titles, rows in tables
+    ]
+
+
+def _number(value: float) -> str:
+    return "" if np.isnan(value) else str(_text(value))
 
 
 def _parquet(content: bytes, path: str) -> Grid:

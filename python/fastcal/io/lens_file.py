@@ -92,11 +92,10 @@ def read_target(path: Path) -> Spec:
             return {"kind": "april_grid", **size, "tag_mm": tag, "gap_mm": tag * float(content["tagSpacing"])}
         if kind in ("checkerboard", "circlegrid"):
             more, spacing = (1, "rowSpacingMeters") if kind == "checkerboard" else (0, "spacingMeters")
-            if content.get("asymmetricGrid"):
-                raise ParseError("is an asymmetric grid of circles; expected a symmetric one", path)
+            more_of = {"asymmetric": True} if content.get("asymmetricGrid") else {}
             size = {"columns": content["targetCols"] + more, "rows": content["targetRows"] + more}
             name = "checkerboard" if more else "circles"
-            return {"kind": name, **size, "square_mm": float(content[spacing]) * mm}
+            return {"kind": name, **size, **more_of, "square_mm": float(content[spacing]) * mm}
     except (KeyError, TypeError, ValueError) as error:
         raise ParseError(f"is a target of kind {kind}, and its key {error} is missing or no number", path) from None
     raise ParseError(f"expected target_type aprilgrid, checkerboard or circlegrid, got '{kind!s:.60}'", path)

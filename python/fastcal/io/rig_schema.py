@@ -213,13 +213,7 @@ def _pair(fields: Fields, key: str) -> list[Any]:
 def _board(fields: Fields) -> Spec:
     kind = fields.choice("kind", BOARDS)
     if kind == "points":
-        points = fields.take("points_mm")
-        if not isinstance(points, list) or len(points) < _FEWEST[0]:
-            fields.fail("points_mm", "a list of four points at least", points)
-        places = [fields.checked_vector(f"points_mm[{i}]", p, 3) for i, p in enumerate(points)]
-        if problem := _unseen_pose(np.array(places)):
-            fields.refuse("points_mm", problem)
-        return {"kind": kind, "points_mm": places}
+        return {"kind": kind, "points_mm": _points(fields)}
     least = 3 if kind in ("checkerboard", "charuco") else 1  # squares, between which corners lie
     out: Spec = {
         "kind": kind,
@@ -228,6 +222,8 @@ def _board(fields: Fields) -> Spec:
     }
     if kind == "circles" and min(out["columns"], out["rows"]) < 2:
         fields.refuse("", "circles on one line do not show how the board is turned; expected two rows and columns")
+    if kind == "circles" and fields.truth("asymmetric", default=False):
+        out["asymmetric"] = True
     lengths = {"april_grid": ("tag", "gap"), "charuco": ("square",)}.get(kind, ("square",))
     for length in lengths:
         out[f"{length}_mm"] = fields.quantity(length, "mm")
@@ -240,6 +236,16 @@ def _board(fields: Fields) -> Spec:
     if kind == "charuco":
         out["marker_mm"] = fields.quantity("marker", "mm", 0.75 * out["square_mm"])
     return out
+
+
+def _points(fields: Fields) -> list[Any]:
+    points = fields.take("points_mm")
+    if not isinstance(points, list) or len(points) < _FEWEST[0]:
+        fields.fail("points_mm", "a list of four points at least", points)
+    places = [fields.checked_vector(f"points_mm[{i}]", p, 3) for i, p in enumerate(points)]
+    if problem := _unseen_pose(np.array(places)):
+        fields.refuse("points_mm", problem)
+    return places
 
 
 def _unseen_pose(points: NDArray[np.float64]) -> str:

@@ -33,7 +33,7 @@ from fastcal.io.yaml_text import yaml_text
 from fastcal.robot.loops import has_branches
 from fastcal.robot.robot import Robot
 
-_OF_MEASUREMENTS = (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".parquet", ".html")
+_OF_MEASUREMENTS = (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".parquet", ".html", ".mat", ".npy", ".npz")
 
 
 def load_robot(

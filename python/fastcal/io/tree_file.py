@@ -146,7 +146,9 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
     for entry in (*rig["cameras"].values(), *rig["boards"].values()):
         entry["on"], place = stands_on(entry["on"], {"xyz_mm": entry["xyz_mm"], "rpy_deg": entry["rpy_deg"]})
         entry |= place
-    cell = Cell(name, arms, placed, distances, **rig, record=record)
+    touched = tuple(of for of in distances if " " in of.start and " " in of.end)  # of frames no name has a blank
+    distances = tuple(of for of in distances if of not in touched)
+    cell = Cell(name, arms, placed, distances, **rig, record=record, touched=touched)
     _check(cell, top)
     return replace(cell, records=_records(cell, records, top)) if records else cell
 
@@ -184,16 +186,32 @@ def _check(cell: Cell, top: Fields) -> None:
             top.refuse(f"arms.{arm.name}", "its robot file has cameras or boards; expected them in the cell's own file")
     try:
         core = cell.core
-        for known in cell.distances:
-            _ = core.frame(known.start), core.frame(known.end)
     except InvalidInput as error:
-        raise ParseError(str(error), top.path) from None
+        lost = str(error).endswith("no such frame")
+        raise ParseError(f"{error}; expected {_frames(cell)}" if lost else str(error), top.path) from None
+    for k, known in enumerate(cell.distances):
+        for key, end in (("from", known.start), ("to", known.end)):
+            try:
+                core.frame(end)
+            except InvalidInput:
+                names = ", ".join(of.name for of in cell.points) or "none"
+                top.refuse(
+                    f"known_distances[{k}].{key}",
+                    f"there is no '{end:.60}'; expected a target or sensor, which are {names}, {_frames(cell)}",
+                )
     for key, own in (("cameras", cell.cameras), ("boards", cell.boards)):
         for name, entry in own.items():
             try:
                 core.frame(entry["on"])
             except InvalidInput as error:
                 top.refuse(f"{key}.{name}", f"stands on '{entry['on']:.60}': {error}")
+
+
+def _frames(cell: Cell) -> str:
+    """What a member may stand on, in words."""
+    several = {arm.name: f"{arm.name}.link1 to " if arm.robot.joint_count > 1 else "" for arm in cell.arms}
+    arms = [f"{arm.name}, {arm.name}.base or {several[arm.name]}{arm.flange}" for arm in cell.arms]
+    return ", ".join(["world", *arms])
 
 
 def _distances(top: Fields) -> tuple[Distance, ...]:
@@ -228,10 +246,8 @@ def cell_text(cell: Cell, comment: str = "") -> str:
     for key, own in (("cameras", cell.cameras), ("boards", cell.boards)):
         if own:
             content[key] = {name: dict(entry) for name, entry in own.items()}
-    if cell.distances:
-        content["known_distances"] = [
-            {"from": of.start, "to": of.end, "mm": of.mm, "sigma_mm": of.sigma_mm} for of in cell.distances
-        ]
+    if known := [*cell.distances, *cell.touched]:
+        content["known_distances"] = [of.entry for of in known]
     if cell.record is not None:
         content["calibration"] = dict(cell.record)
     if cell.records:

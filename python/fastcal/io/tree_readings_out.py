@@ -37,6 +37,7 @@ def write_readings(path: str | os.PathLike[str], cell: Cell, readings: Readings)
     for name, values in readings.tables.items():
         field, _, view = name.partition("@")
         columns |= _titled(field, view, values)
+    columns |= {name: of.texts for name, of in readings.labels.items()}
     write_csv(path, columns)
 
 

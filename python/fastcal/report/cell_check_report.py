@@ -13,6 +13,7 @@ import numpy as np
 import fastcal
 from fastcal.calibration.evaluation import Evaluation
 from fastcal.cells.check import CellCheck, WayCheck
+from fastcal.cells.next_postures import posture_json
 from fastcal.cells.whole_check import WholeCheck
 from fastcal.io.atomic import write_text
 from fastcal.io.results import write_json
@@ -23,7 +24,7 @@ from fastcal.report.arm import checked_arm, joined_arms
 from fastcal.report.cell_report import cell_page, scene_sections
 from fastcal.report.cell_scene import ARMS, cell_scene, pictures_scene
 from fastcal.report.check_report import check_reasons, check_sentence
-from fastcal.report.formatting import plural, significant
+from fastcal.report.formatting import fixed, plural, significant
 from fastcal.report.language import _, in_language, retold
 from fastcal.report.sections import TONES, Section, p_text, printed, state_word, translated
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
@@ -143,6 +144,9 @@ def _whole_page(found: WholeCheck) -> str:
     sections.append(Section("kinds", _("Readings taken"), tables=[_kind_table(found)], notes=notes))
     if found.moved:
         sections.append(Section("causes", _("What explains it"), tables=[_member_table(found)]))
+    if len(found.next):
+        lead = _("These poses decide it.")
+        sections.append(Section("next", _("What to measure next"), lead, tables=[_next_table(found)]))
     tiles = [(_("Poses"), str(found.postures), ""), (_("Chance"), p_text(found.p_value), _("of residuals this large"))]
     title = (_("Check of {robot}", robot=found.cell.name), _("Does the calibration still hold?"))
     verdict = Verdict(TONES[state], capitalised(state_word(state)), _(found.sentence), [])
@@ -151,17 +155,24 @@ def _whole_page(found: WholeCheck) -> str:
 
 def _kind_table(found: WholeCheck) -> Table:
     columns = [Column(title, numeric=False) for title in (_("Kind"), _("Unit"))]
-    columns += [Column(title) for title in (_("Count"), _("RMS"), _("Largest"), _("Noise"))]
+    columns += [Column(title) for title in (_("Count"), _("RMS"), _("Expected"), _("Largest"), _("Noise"))]
     rows = []
     for name, of in found.kinds.items():
         after = of.statistics[1]
         if after is None:
             continue
-        sizes = [of.kind.shown(size) for size in (after.rms, after.max, found.noise[name].value)]
+        sizes = [of.kind.shown(size) for size in (after.rms, found.expected[name], after.max, found.noise[name].value)]
         words = [Cell(_(of.kind.plural)), Cell(unit_text(of.kind.unit)), number_cell(str(after.count), after.count)]
         rows.append([*words, *(number_cell(significant(size, 4), size) for size in sizes)])
     title = _("Errors relative to the model, and the noise per number that the calibration found")
     return Table(title, columns, [Group(rows)])
+
+
+def _next_table(found: WholeCheck) -> Table:
+    poses = [posture_json(found.cell, q) for q in found.next]
+    columns = [Column(_("Joint"), numeric=False), *(Column(str(k)) for k in range(1, len(poses) + 1))]
+    rows = [[Cell(name), *(number_cell(fixed(pose[name], 2), pose[name]) for pose in poses)] for name in poses[0]]
+    return Table(_("Poses"), columns, [Group(rows)])
 
 
 def _member_table(found: WholeCheck) -> Table:

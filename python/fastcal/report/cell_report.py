@@ -21,7 +21,7 @@ from fastcal.io.atomic import write_text
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.io.tree_file import cell_text
-from fastcal.place import place_of
+from fastcal.place import places_of
 from fastcal.report import figures, page
 from fastcal.report.cell_scene import cell_scene
 from fastcal.report.figures import Figure, Key
@@ -297,7 +297,7 @@ def _by_arm(found: CellResult) -> list[tuple[str, list[IdentifiedParameter]]]:
     """Parameters of each arm's joints and links."""
     own: dict[str, list[IdentifiedParameter]] = {arm.name: [] for arm in found.cell.arms}
     for parameter in found.parameters:
-        place = place_of(parameter.owner)
+        place = places_of(parameter.owner)[0]
         if place.arm in own and place.kind in ("joint", "link"):
             own[place.arm].append(parameter)
     return [(name, parameters) for name, parameters in own.items() if parameters]

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import singledispatch
 from pathlib import PurePath
 from typing import Any
@@ -169,6 +169,12 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
             kind = repeats.kind
             noise = {"what": translated(kind.plural), "size": sized(kind, repeats.sigma)}
             lines.append(translated("postures read more than once: noise of {what} {size}", **noise))
+    return lines + _elsewhere_lines(figures)
+
+
+def _elsewhere_lines(figures: Mapping[str, Any]) -> list[str]:
+    """Where else the instrument, the base or the target may be, if the rows then fit far better."""
+    lines = []
     if (aligned := figures.get("aligned")) is not None:
         between = "; " if decimal_sign() == "," else ", "
         lines.append(
@@ -178,6 +184,15 @@ def evaluation_lines(found: Evaluation, title: str) -> list[str]:
                 xyz=between.join(f"{v:.3f}".replace(".", decimal_sign()) for v in aligned["xyz_mm"]),
                 rpy=between.join(f"{v:.4f}".replace(".", decimal_sign()) for v in aligned["rpy_deg"]),
                 rms=float(aligned["after_mm"]["rms"]),
+            )
+        )
+    if (seat := figures.get("remounted")) is not None:
+        between = "; " if decimal_sign() == "," else ", "
+        lines.append(
+            translated(
+                "if the target sits elsewhere on the tool, by xyz {xyz} mm, the same rows fit with rms {rms:.4f} mm",
+                xyz=between.join(f"{v:.3f}".replace(".", decimal_sign()) for v in seat["xyz_mm"]),
+                rms=float(seat["after_mm"]["rms"]),
             )
         )
     return lines

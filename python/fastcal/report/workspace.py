@@ -362,6 +362,7 @@ def _limits(positions: Array, base: Array | None = None) -> Array:
     """The box (3, 2) around the positions with room for arrows, and around the base where one is given."""
     inside = positions if base is None else np.vstack([positions, base])
     far = positions if len(positions) else inside
+    far = far[np.isfinite(far).all(axis=1)]  # a line of sight is none where nothing was read
     margin = 0.6 * _ARROW_SHARE * (float(np.linalg.norm(np.ptp(far, axis=0))) or 1.0)
     return np.column_stack([np.nanmin(inside, axis=0) - margin, np.nanmax(inside, axis=0) + margin])
 

@@ -57,7 +57,8 @@ def board_corners(board: Mapping[str, Any]) -> FloatArray:
     """(K, 3) corners of a board in its frame [m], in the order of their numbers.
 
     Inner corners, or circles, row by row from the first, with x along a row; of an AprilGrid the four corners of each
-    tag, tag by tag, as Kalibr counts them.
+    tag, tag by tag, as Kalibr counts them. Circles of an asymmetric grid are at ((2 i + j mod 2) s, j s), as OpenCV and
+    Kalibr have them: column i, row j, s = `square_mm`.
     """
     if board["kind"] == "points":
         points: FloatArray = np.asarray(board["points_mm"], dtype=np.float64)
@@ -74,6 +75,8 @@ def _flat_corners(board: Mapping[str, Any]) -> FloatArray:
         own: FloatArray = np.array([[x * tag, y * tag, 0.0] for x, y in _TAG])
         corners: FloatArray = (at[:, np.newaxis] * step + own).reshape(-1, 3)
         return to_si(corners, "mm")
+    if board.get("asymmetric"):
+        at[:, 0] = 2 * at[:, 0] + at[:, 1] % 2
     return to_si(at * float(board["square_mm"]), "mm")
 
 

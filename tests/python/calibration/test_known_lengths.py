@@ -81,7 +81,7 @@ def test_an_arm_true_to_its_file_agrees_with_the_length() -> None:
 def test_a_length_to_a_socket_that_was_not_touched_is_said_to_be_of_no_use() -> None:
     found = touched(7, to="socket c")
     assert found.known_lengths == []
-    assert "of no known distance of the robot file both ends were touched" in found.notes
+    assert "of no known distance of the file both ends were touched" in found.notes
 
 
 def test_the_deviation_of_a_length_is_that_of_a_difference() -> None:
@@ -90,7 +90,7 @@ def test_the_deviation_of_a_length_is_that_of_a_difference() -> None:
     root = np.random.default_rng(5).standard_normal((6, 6)) * 1e-5
     known = [{"from": "socket b", "to": "socket a", "mm": 50.1, "sigma_mm": 0.1}]
     spec = RobotSpec("touched", "dh", (), known_distances=known)
-    (length,) = known_lengths(spec, names, places, root @ root.T)
+    (length,) = known_lengths(spec.known_distances, names, places, root @ root.T)
     drawn = places + np.random.default_rng(6).standard_normal((20000, 6)) @ root.T
     assert length.found == pytest.approx(0.05)
     assert length.found_std == pytest.approx(np.linalg.norm(drawn[:, 3:] - drawn[:, :3], axis=1).std(), rel=0.03)

@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: MIT
 """ISO 9283 by hand: visits whose figures can be worked out on paper."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from fastcal.calibration.evaluation import realigned
+from fastcal import calibrate, load_robot, perturbed, random_poses, simulate
+from fastcal.calibration.evaluation import realigned, remounted
 from fastcal.calibration.repeatability import numbered, repeatability, repeated_rows, spread
 from fastcal.measurements.dataset import Dataset
 
@@ -116,6 +120,30 @@ def test_points_of_a_moved_tracker_are_reported_with_the_motion() -> None:
     assert found.to_json_dict()["rpy_deg"][2] == pytest.approx(np.degrees(0.4), abs=0.02)
     assert found.after.rms < 3e-4
     assert realigned(predicted, rng.normal(0, 1e-4, (30, 3))) is None
+
+
+def test_a_target_that_sits_elsewhere_is_reported_with_its_shift() -> None:
+    rng = np.random.default_rng(3)
+    R = Rotation.random(30, random_state=4).as_matrix()
+    shift = np.array([1.2e-3, -0.3e-3, 0.5e-3])
+    found = remounted(R, rng.normal(0, 1e-4, (30, 3)) - R @ shift)
+    assert found is not None
+    np.testing.assert_allclose(found.shift, shift, atol=6e-5)
+    assert found.after.rms < 3e-4
+    assert found.to_json_dict()["xyz_mm"] == pytest.approx(1e3 * found.shift)
+    assert remounted(R, rng.normal(0, 1e-4, (30, 3))) is None
+    assert remounted(R, np.tile([1e-3, 0.0, 0.0], (30, 1))) is None  # the base stands elsewhere
+
+
+def test_test_rows_of_another_target_are_told() -> None:
+    robot = load_robot("ur5")
+    data = simulate(perturbed(robot, seed=1), random_poses(robot, 40, seed=2), noise=5e-5, seed=3)
+    moved = simulate(perturbed(robot, seed=1), random_poses(robot, 20, seed=4), noise=5e-5, seed=5)
+    turned = perturbed(robot, seed=1).forward(moved.q)[:, :3, :3]
+    moved = replace(moved, position=moved.position + turned @ [1.2e-3, 0.0, 0.0], source="test.csv")
+    (told,) = [str(note) for note in calibrate(robot, data, test=moved).notes if "sits elsewhere" in str(note)]
+    assert told.startswith("test.csv: these rows fit with 0.")
+    assert "on the tool, by 1.2" in told
 
 
 def test_rows_that_repeat_are_grouped_in_the_order_they_are_met() -> None:

@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import fft, special
+from scipy.spatial.transform import Rotation
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.lack_of_fit import posture_p_value
 from fastcal.calibration.serial_correlation import _fast_length, serial_correlation
+from fastcal.calibration.shifted_rows import find_shift
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 
@@ -212,3 +214,44 @@ def test_p_values_of_white_residuals_are_uniform() -> None:
     assert np.mean(p < 0.05) < 0.08  # where some rows are four times as noisy
     dependent = rng.normal(size=150) + 2 * lever[:, 1] * np.repeat(features[:, 3], 3)
     assert posture_p_value(J, dependent, lever, features).any_size < 1e-4
+
+
+def slow_errors(seed: int, rows: int = 20) -> tuple[Array, list[Array], Array, NDArray[np.intp]]:
+    """Corners of a plate along a path of slow turns: motions of base and plate, and errors that are slow."""
+    random, t = np.random.default_rng(seed), np.linspace(0, 1, rows)
+
+    def slow() -> Array:
+        waves = (np.sin(np.pi * k * t[:, np.newaxis] + random.uniform(0, 6, 3)) / k for k in (1, 2, 3))
+        return np.asarray(sum(random.normal(size=3) * wave for wave in waves))
+
+    R, p = Rotation.from_rotvec(0.3 * slow()).as_matrix(), 0.1 * slow()
+    plate = np.column_stack([random.uniform(-0.05, 0.05, (8, 2)), np.zeros(8)])
+    about = np.einsum("nij,kj->nki", R, plate)
+    shift, turn = 1e-4 * slow(), 1e-3 * slow()
+    error = shift[:, np.newaxis] + np.cross(turn[:, np.newaxis], about)
+    axes = np.eye(3)
+    base = [*(np.broadcast_to(e, about.shape) for e in axes), *(np.cross(e, about + p[:, np.newaxis]) for e in axes)]
+    own = [*(np.broadcast_to(R[:, np.newaxis, :, k], about.shape) for k in range(3))]
+    own += [np.einsum("nij,kj->nki", R, np.cross(e, plate)) for e in axes]
+    motions = [np.stack(of, axis=-1).reshape(-1, 6) / 1e-5 for of in (base, own)]
+    residual = error.ravel() / 1e-5 + random.normal(size=error.size)
+    return np.hstack(motions), motions, residual, np.repeat(np.arange(rows), 24)
+
+
+def test_errors_that_change_slowly_along_a_path_are_no_move() -> None:
+    """Of a public plate before a camera: "from rows 4 and 11 on ... moved. Only rows 11 to 19 are used"."""
+    found = [find_shift(*slow_errors(seed), 1e-5) for seed in range(40)]
+    assert sum(shift is not None for shift in found) > 5  # by their squares alone they are
+    assert not [shift for shift in found if shift is not None and shift.stands_out]
+
+
+def test_a_move_beside_noise_stands_out_at_its_row() -> None:
+    found = []
+    for seed in range(10):
+        J, motions, residual, row = slow_errors(seed)
+        random = np.random.default_rng(seed)
+        by = motions[seed % 2] @ (1e-4 * np.r_[random.normal(size=3), 2 * random.normal(size=3)])
+        found.append(find_shift(J, motions, random.normal(size=len(residual)) + by * (row >= 9), row, 1e-5))
+    there = [shift for shift in found if shift is not None]  # of the others the parameters make up for it
+    assert len(there) >= 6
+    assert all(shift.stands_out and shift.firsts == (9,) for shift in there)

@@ -30,7 +30,7 @@ def error(result: CalibrationResult, true: Robot, seed: int) -> float:
     return float(np.sqrt(np.mean((result.model.forward(q)[:, :3, 3] - true.forward(q)[:, :3, 3]) ** 2)))
 
 
-@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize("exact", [pytest.param(True, marks=pytest.mark.full), False])
 def test_few_coarse_poses_lose_to_neither_a_free_fit_nor_base_and_tool_alone(exact: bool) -> None:
     errors = []
     for seed in range(10):

@@ -32,6 +32,7 @@ BOARDS: dict[str, dict[str, Any]] = {
     },
     "april_grid": {"kind": "april_grid", "columns": 6, "rows": 5, "tag_mm": 30.0, "gap_mm": 9.0, "dictionary": "36h11"},
     "circles": {"kind": "circles", "columns": 10, "rows": 7, "square_mm": 25.0},
+    "asymmetric circles": {"kind": "circles", "columns": 4, "rows": 11, "square_mm": 20.0, "asymmetric": True},
     "points": {"kind": "points", "points_mm": [[float(x) for x in point] for point in POINTS]},
 }
 

@@ -4,6 +4,7 @@
 
 import builtins
 import sys
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -14,11 +15,16 @@ from fastcal.camera.finding import find_board
 from fastcal.camera.opencv import opencv
 from fastcal.camera.rendering import Exposure, render
 from fastcal.errors import InvalidInput
+from fastcal.io.lens_file import read_target
+from fastcal.robot.rig import board_corners
 
 from .board_scene import BOARDS, CAMERA, before_camera, drawn, views
 
 WITHIN_PX = 0.1  # RMS of a corner's distance from the truth
 LEAST_SHARE = {"april_grid": 0.8, "charuco": 0.9}  # of the corners; of the other kinds all
+
+
+BRIGHT = ("circles", "asymmetric circles", "points")  # the kinds that are printed in the negative, too
 
 
 def misses(uv: np.ndarray, true: np.ndarray, *, turnable: bool) -> np.ndarray:
@@ -28,13 +34,13 @@ def misses(uv: np.ndarray, true: np.ndarray, *, turnable: bool) -> np.ndarray:
     return min((each[np.isfinite(each)] for each in found), key=lambda each: float(np.sqrt(np.mean(each**2))))
 
 
-@pytest.mark.parametrize("kind", BOARDS)
-def test_corners_of_every_kind_of_board_are_found_to_a_tenth_of_a_pixel(kind: str) -> None:
+@pytest.mark.parametrize(("kind", "bright"), [*((kind, False) for kind in BOARDS), *((kind, True) for kind in BRIGHT)])
+def test_corners_of_every_kind_of_board_are_found_to_a_tenth_of_a_pixel(kind: str, *, bright: bool) -> None:
     board = BOARDS[kind]
     errors, asked = [], 0
     for k, T in enumerate(views(board, 5, seed=1)):
         picture = render(CAMERA, board, T, exposure=Exposure(blur_px=0.5 + 0.1 * k, noise=1.0 + 0.5 * k), seed=k)
-        seen = find_board(picture, board)
+        seen = find_board(255 - picture if bright else picture, board)
         assert seen.why == ""
         errors.append(misses(seen.uv, drawn(board, T), turnable=kind == "circles"))
         asked += len(seen.uv)
@@ -56,6 +62,31 @@ def test_a_picture_is_drawn_where_the_lens_draws_it() -> None:
         found = np.array([np.sum(weight * columns[inside]), np.sum(weight * rows[inside])]) / weight.sum()
         # A disc seen straight on keeps its middle but for what the lens bends over its radius.
         assert np.linalg.norm(found - (u, v)) < 1.0
+
+
+def test_an_asymmetric_grid_is_numbered_from_its_own_first_circle() -> None:
+    board = BOARDS["asymmetric circles"]
+    for turn in (0.0, 90.0, 180.0, 270.0):
+        T = before_camera(board, [10.0, -15.0, turn], [0.0, 0.0, 0.6])
+        seen = find_board(render(CAMERA, board, T), board)
+        assert np.linalg.norm(seen.uv - drawn(board, T), axis=1).max() < 0.3, turn
+
+
+def test_a_grid_of_the_other_kind_is_said() -> None:
+    for kind, other in (("circles", {"asymmetric": True}), ("asymmetric circles", {"asymmetric": False})):
+        board = BOARDS[kind]
+        picture = render(CAMERA, board, before_camera(board, [5.0, -5.0, 0.0], [0.0, 0.0, 0.6]))
+        why = find_board(picture, board | other).why
+        assert ("but a symmetric one" if kind == "circles" else "but an asymmetric one (asymmetric: true)") in why
+
+
+def test_circles_of_an_asymmetric_grid_are_where_opencv_and_kalibr_put_them(tmp_path: Path) -> None:
+    at = 1e3 * board_corners(BOARDS["asymmetric circles"])
+    assert at[:5] == pytest.approx(np.array([[0, 0, 0], [40, 0, 0], [80, 0, 0], [120, 0, 0], [20, 20, 0]]))
+    (tmp_path / "target.yaml").write_text(
+        "target_type: circlegrid\ntargetCols: 4\ntargetRows: 11\nspacingMeters: 0.02\nasymmetricGrid: True\n"
+    )
+    assert read_target(tmp_path / "target.yaml") == BOARDS["asymmetric circles"]
 
 
 def test_a_checkerboard_that_has_two_ends_is_numbered_from_its_black_one() -> None:

@@ -15,6 +15,7 @@ from fastcal import _core
 from fastcal.cells.branches import ways_of
 from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
+from fastcal.cells.compare import compare_cells
 from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import simulate_cell, view_poses
 from fastcal.cli.app import main
@@ -248,7 +249,7 @@ def test_compliance_and_backlash_of_an_arm_are_found_by_a_fit_of_all(tmp_path: P
     assert missed.rms > 2 * after.rms
 
 
-@pytest.mark.parametrize("hidden", [SOFT, SLACK], ids=["compliance", "backlash"])
+@pytest.mark.parametrize("hidden", [pytest.param(SOFT, marks=pytest.mark.full), SLACK], ids=["compliance", "backlash"])
 def test_what_follows_a_condition_is_named_and_written(hidden: dict[str, Any], tmp_path: Path) -> None:
     true = cell_of(tmp_path, left=[hidden])
     read = simulate_cell(true, loaded(true, 140, 21), ["smr_left", "smr_right"], noise=NOISE, seed=22)
@@ -304,3 +305,35 @@ def test_samples_side_by_side() -> None:
         _core.Samples.side_by_side([one, _core.Samples(np.zeros((1, 2)))])
     with pytest.raises(InvalidInput, match="expected the postures of at least one arm"):
         _core.Samples.side_by_side([])
+
+
+def test_postures_are_planned_for_arms_with_effects(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """They come from either side where backlash asks for it, and what heat does is said not to be planned for."""
+    cell_of(tmp_path, left=[SLACK, SOFT], right=[WARM])
+    poses, read = tmp_path / "plan.csv", tmp_path / "read.csv"
+    asked = ["--count", "20", "--views", "smr_left,smr_right", "-o", str(poses)]
+    assert main(["design", str(tmp_path / "cell.yaml"), *asked]) == 0
+    told = capsys.readouterr()
+    assert "without a payload; the arms' effects stay known" in told.err
+    assert "not chosen for thermal_expansion@link2 of right" in told.err
+    with poses.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["left.approach4"] for row in rows} == {"1.0", "-1.0"}
+    assert [title for title in rows[0] if "approach" in title] == ["left.approach4"]
+    cell_of(tmp_path, left=[SLACK, SOFT])  # the plan has the columns that a simulation of this cell needs
+    assert main(["simulate", str(tmp_path / "cell.yaml"), str(poses), "--views", "smr_left", "-o", str(read)]) == 0
+
+
+def test_models_of_arms_with_effects_are_compared(tmp_path: Path) -> None:
+    """The joints of a way were counted without the arms that only load it: no compliance differed, nor any backlash."""
+    models = []
+    for seed, compliance in ((21, 1e-5), (22, 1.3e-5)):
+        true = cell_of(tmp_path, left=[effect(*SOFT_OF, compliance)])
+        asked = cell_of(tmp_path, left=[effect(*SOFT_OF, 0.0)])
+        read = simulate_cell(true, loaded(true, 50, seed), ["smr_left"], noise=NOISE, seed=seed)
+        models.append(calibrate_cell(asked, read, effects=True).cell)
+    left, right = compare_cells(*models).ways
+    found = {(of.owner, of.name): of for of in left.significant}
+    assert found["left.joint2", "compliance_rad_nm"].difference == pytest.approx(3e-6, rel=0.2)
+    assert set(np.unique(left.found.payload)) == {0.0, 10.0}
+    assert not [of for of in right.significant if "compliance" in of.name]

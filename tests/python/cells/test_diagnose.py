@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
-from fastcal import _core
+from fastcal import _core, load_robot, perturbed, random_poses, simulate
+from fastcal.cells.asked import with_effects
 from fastcal.cells.branches import ways_of
 from fastcal.cells.cell import Cell
 from fastcal.cells.diagnosis import CellDiagnosis, CellFinding
@@ -24,6 +26,7 @@ from fastcal.diagnosis.result import Finding
 from fastcal.errors import InvalidInput
 from fastcal.io.tree_file import load_cell
 from fastcal.io.way_readings import way_datasets
+from fastcal.robot.plain_copy import plain_copy
 
 from .test_calibrate import content, off, simulated, written
 
@@ -76,8 +79,8 @@ def diagnosed(folder: Path, joint: str | None, *options: str, code: int = 0) -> 
 @pytest.mark.parametrize(
     ("joint", "owner", "seen"),
     [
-        ("left.q4", "left.joint4", ["smr_left"]),
-        ("right.q2", "right.joint2", ["smr_right"]),
+        pytest.param("left.q4", "left.joint4", ["smr_left"], marks=pytest.mark.full),
+        pytest.param("right.q2", "right.joint2", ["smr_right"], marks=pytest.mark.full),
         ("column.q1", "column.joint1", ["smr_left", "smr_right"]),
     ],
 )
@@ -121,6 +124,7 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert found["ways"]["smr_left"]["joints"][-1] == "left.joint6"
 
 
+@pytest.mark.full
 def test_what_is_excluded_is_not_given(tmp_path: Path) -> None:
     cell = cell_of(tmp_path)
     poses = write_poses(tmp_path, cell, waved(cell, 100, "left.q4"))
@@ -217,3 +221,33 @@ def test_a_target_on_a_link_has_a_way_from_the_world_with_its_readings(tmp_path:
     for way, data in zip(ways, rows, strict=True):
         np.testing.assert_allclose(data.position, readings.tables[f"position@{way.name}"], atol=1e-11)
         np.testing.assert_allclose(way.robot.forward(data.q)[:, :3, 3], data.position, atol=6 * NOISE)
+
+
+def test_a_coupling_of_two_joints_is_an_effect_of_their_arm(tmp_path: Path) -> None:
+    cell = cell_of(tmp_path)
+    there = with_effects(cell, "geometry,coupling_ratio@left.joint6<-left.joint5")
+    assert [of["owner"] for of in there.arm("left").robot.entries] == ["joint6<-joint5"]
+    assert not there.arm("right").robot.entries
+    with pytest.raises(InvalidInput, match="expected an owner such as"):
+        with_effects(cell, "geometry,coupling_ratio@left.joint1<-right.joint5")
+
+
+def test_a_coupling_that_is_hidden_is_in_the_model(tmp_path: Path) -> None:
+    """A pair has two owners: of a public arm a diagnosis ended with "owned by joint1 to joint6, got 'arm.joint3'"."""
+    nominal = load_robot("kuka_kr6_r900")
+    hidden = {"effect": "coupling_ratio", "owner": "joint6<-joint5", "parameters": {"ratio": {"value": 4e-3}}}
+    true = perturbed(nominal, seed=1).with_(effects=[hidden])
+    data = simulate(true, random_poses(nominal, 60, seed=2), noise=NOISE, seed=3)
+    (tmp_path / "arm.yaml").write_text(
+        yaml.safe_dump({**plain_copy(nominal.spec), "targets": {"n1": {"on": "arm", "xyz_mm": [60, 20, 30]}}})
+    )
+    at = true.forward(data.q)
+    points = at[:, :3, 3] + at[:, :3, :3] @ [0.06, 0.02, 0.03] + np.random.default_rng(4).normal(0, NOISE, (60, 3))
+    titles = [*(f"q{k}_deg" for k in range(1, 7)), *(f"{axis}_mm@n1" for axis in "xyz")]
+    with (tmp_path / "poses.csv").open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([titles, *np.hstack([np.degrees(data.q), 1e3 * points])])
+    files = [str(tmp_path / name) for name in ("arm.yaml", "poses.csv", "out")]
+    assert main(["diagnose", *files[:2], "-o", files[2]]) == 0
+    (entry,) = load_cell(tmp_path / "out/model.yaml").arms[0].robot.entries
+    assert (entry["effect"], entry["owner"]) == ("coupling_ratio", "joint6<-joint5")
+    assert entry["parameters"]["ratio"]["value"] == pytest.approx(4e-3, rel=0.1)

@@ -82,7 +82,7 @@ class Failed:
 
 def failing(monkeypatch: pytest.MonkeyPatch, cell: Cell, arms: set[str], losses: set[str]) -> None:
     """Makes fits fail that identify the geometry of an arm by a loss."""
-    whole = fit._identified
+    whole = fit.identified
     joints = {
         i for i, of in enumerate(cell.core.parameters) if ".joint" in of.owner and of.owner.partition(".")[0] in arms
     }
@@ -91,7 +91,7 @@ def failing(monkeypatch: pytest.MonkeyPatch, cell: Cell, arms: set[str], losses:
         found = whole(given, readings, asked, places, *rest)  # type: ignore[arg-type]
         return Failed(found) if rest[1] in losses and joints & set(asked) else found
 
-    monkeypatch.setattr(fit, "_identified", identified)
+    monkeypatch.setattr(fit, "identified", identified)
 
 
 def test_a_fit_that_does_not_converge_gives_way(cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,6 @@
 
 import csv
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -152,7 +151,7 @@ def test_a_wave_is_named_with_its_arm(tmp_path: Path, hidden: str, owner: str, w
     assert "tag_left-camera/report.html" in (tmp_path / "out/report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("arm", ["head", "left"])
+@pytest.mark.parametrize("arm", ["head", pytest.param("left", marks=pytest.mark.full)])
 def test_a_joint_that_yields_is_told_by_the_trees_torques_and_is_not_sure(tmp_path: Path, arm: str) -> None:
     told = found(tmp_path, arm, 22)
     (cause,) = told["effects"]
@@ -165,10 +164,12 @@ def test_a_joint_that_yields_is_told_by_the_trees_torques_and_is_not_sure(tmp_pa
     ]
 
 
-def test_nothing_is_named_where_nothing_is_hidden_or_it_is_excluded(tmp_path: Path) -> None:
+def test_nothing_is_named_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert found(tmp_path, "", 23)["verdict"] == "none"
-    if os.environ.get("FASTCAL_TEST_FULL") != "1":
-        return  # a minute; one arm's are excluded in test_diagnose.py
+
+
+@pytest.mark.full
+def test_what_is_excluded_is_not_given(tmp_path: Path) -> None:
     told = found(tmp_path, "left", 22, "--exclude", "joint_compliance@left.joint2")
     assert ("joint_compliance", "left.joint2") not in {(of["effect"], of["owner"]) for of in told["effects"]}
     assert "A" not in {of["grade"] for of in told["effects"]}

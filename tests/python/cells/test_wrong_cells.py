@@ -41,7 +41,9 @@ def standing(arm: str, on: str) -> dict[str, Any]:
             {"sensors": {"camera": {"on": "torso"}}},
             [*JOINTS, *READ],
             [*POSTURE, 1, 2, 3],
-            "cell.yaml: 'camera' stands on 'torso', and there is no such frame",
+            "cell.yaml: 'camera' stands on 'torso', and there is no such frame; expected world, column, column.base or "
+            "column.link1, left, left.base or left.link1 to left.link6, right, right.base or right.link1 to "
+            "right.link6",
         ),
         (
             {},

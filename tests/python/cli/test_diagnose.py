@@ -120,6 +120,7 @@ def test_a_bad_option_ends_with_2_and_leaves_the_old_result(files, fastcal, tmp_
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.full
 def test_the_model_of_a_large_real_set_can_be_read_again(process, shared_data: Path, tmp_path: Path) -> None:
     """UR10: hundreds of knots, whose covariance fills megabytes of YAML; claims of the instrument alone."""
     robot, rows = (shared_data / "ur10_tmac" / name for name in ("robot.yaml", "campaign_b.csv"))

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from fastcal import Dataset, Robot, load_robot
@@ -74,3 +75,8 @@ def shifted(q: FloatArray, shift: Mapping[int, FloatArray]) -> FloatArray:
     for joint, off in shift.items():
         there[:, joint - 1] += off
     return there
+
+
+def in_full(*cases: Any) -> list[Any]:
+    """Parameters of a test that only ./test --full takes."""
+    return [pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.full) for case in cases]

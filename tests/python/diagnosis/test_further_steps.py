@@ -87,7 +87,7 @@ def test_a_step_that_is_asked_for_is_the_one_that_is_there() -> None:
 
 
 @pytest.mark.parametrize("timed", [True, False])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)])
 def test_what_drifts_is_no_staircase(seed: int, *, timed: bool) -> None:
     """A random walk, and a slow wave."""
     walk = np.cumsum(np.random.default_rng(seed).normal(0, 4e-5, ROWS))

@@ -73,6 +73,7 @@ def test_a_real_arm_has_joint_profiles(shared_data: Path) -> None:
     assert 1000 * (seen**2).sum(axis=1).mean() ** 0.5 <= 0.108
 
 
+@pytest.mark.full
 def test_profiles_make_no_region_worse_that_they_were_not_fitted_on(shared_data: Path) -> None:
     """UR10: fitted on campaign b, base and tool refitted on 20 rows of c, judged where c goes and b never went."""
     folder = shared_data / "ur10_tmac"

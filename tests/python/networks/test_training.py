@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: MIT
 """Training on an error that the model lacks: found, kept where it helps, held back elsewhere, judged fairly."""
 
-import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -135,7 +134,7 @@ def test_a_rival_that_is_better_is_used_instead(
     assert mean_error(found.model, unseen) < 0.8 * mean_error(arm, unseen)
 
 
-@pytest.mark.skipif(os.environ.get("FASTCAL_TEST_FULL") != "1", reason="profiles in every fold take a minute")
+@pytest.mark.full
 def test_joint_profiles_and_a_gaussian_process_learn_it_too(arm: Robot, data: Dataset) -> None:
     found = train(arm, data, network="gp", rivals=["joint-profiles"], folds=2)
     for name in ("gp", "joint-profiles"):

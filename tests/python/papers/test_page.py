@@ -5,7 +5,6 @@
 import dataclasses
 import html
 import json
-import os
 import re
 from pathlib import Path
 from typing import Any
@@ -134,7 +133,7 @@ def test_the_command_writes_json_and_page(tmp_path: Path, capsys: pytest.Capture
             assert html.escape(exhibit["number"], quote=False).replace("'", "&#39;") in page
 
 
-@pytest.mark.skipif(os.environ.get("FASTCAL_TEST_FULL") != "1", reason="half a minute: FASTCAL_TEST_FULL=1")
+@pytest.mark.full
 def test_two_processes_find_what_one_finds() -> None:
     one, two = (run_study("kuka_kr500", arms=2, threads=threads) for threads in (1, 2))
     assert one == two

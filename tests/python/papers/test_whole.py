@@ -2,17 +2,14 @@
 # SPDX-License-Identifier: MIT
 """One whole arm of each study that has networks; minutes, so only in the full tests."""
 
-import os
 
 import pytest
 
 from fastcal_studies import NAMES, load_study, run_study
 from fastcal_studies.page import paper_page
 
-FULL = os.environ.get("FASTCAL_TEST_FULL") == "1"
 
-
-@pytest.mark.skipif(not FULL, reason="minutes: FASTCAL_TEST_FULL=1")
+@pytest.mark.full
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in ("kuka_kr500", "spray_7dof")])
 def test_a_whole_arm_with_its_networks(name: str) -> None:
     found = run_study(name, arms=1)

@@ -1,0 +1,297 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""What a cell's file knows beforehand, known distances and places within a sigma, held against what the readings say.
+
+A fit without any of it finds z = f(theta) +- A V A^T of each number z that the file tells +- S, V the covariance of the
+parameters with what no reading shows as open as plausible. With d = told - found,
+
+    chi^2 = d^T (A V A^T + S)^-1 d
+
+is that of what all of it contradicts. As long as chance does not explain it, the distance or place that contradicts
+most is left out: it neither bends the fit nor takes readings for gross.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from fastcal import _core
+from fastcal.arrays import FloatArray
+from fastcal.cells.asked import WEAK, asked_parameters
+from fastcal.cells.cell import Arm, Cell, Distance, Known, Point
+from fastcal.cells.fit import geometry_sizes, identified, there
+from fastcal.cells.readings import Readings, known_tables
+from fastcal.cells.rig_start import rig_start
+from fastcal.cells.start import started
+from fastcal.errors import FastcalError
+from fastcal.robot.core_model import pose
+from fastcal.robot.rig import PLACEMENT, known_within
+from fastcal.robot.robot_spec import Spec, frame_spec
+from fastcal.said import joined, said
+from fastcal.units import from_si, to_si
+
+_CHANCE = 1e-6  # of what the readings leave open that the file contradicts them as much as it does
+_ALIKE = 9.0  # of chi square: what would explain nearly as much may be what is wrong
+_SIGMAS = ("sigma_mm", "sigma_deg")
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """A distance or place that the file knows.
+
+    Attributes:
+        of: The distance, or the kind and name of the member: arm, point, camera or board.
+        A: (k, T) derivatives of its numbers by the parameters and unknowns.
+        off: (k,) told less found [m, rad].
+        sigma: (k,) of what is told.
+    """
+
+    of: Distance | tuple[str, str]
+    A: FloatArray
+    off: FloatArray
+    sigma: FloatArray
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return f"{self.of.start} - {self.of.end}" if isinstance(self.of, Distance) else self.of[1]
+
+
+def without_what_is_contradicted(
+    cell: Cell, readings: Readings, *, effects: bool, arms: Collection[str] | None, loss: str, threads: int
+) -> tuple[Cell, list[str]]:
+    """The cell without what its file says and the readings contradict, and a sentence on each.
+
+    Args:
+        cell: As its file says.
+        readings: What was read.
+        effects: As of `calibrate_cell`, and so are all others.
+        arms: Of which arms.
+        loss: On the error of a row.
+        threads: Cores.
+    """
+    free = _free(cell)
+    if free is cell:
+        return cell, []
+    try:
+        start, used, _ = started(free, readings)
+        places = rig_start(start, used)
+        asked = asked_parameters(start, used, effects=effects, arms=arms)
+        sizes = geometry_sizes(start, used, asked)
+        found = identified(start, used, asked, places, sizes, loss, threads)
+    except FastcalError:  # the readings alone fix nothing: what is told is needed
+        return cell, []
+    if found.status != "converged":
+        return cell, []
+    measured = used.measured(start)
+    theta = np.asarray(found.theta)
+    kept = np.setdiff1d(np.arange(len(used)), found.outliers)
+    V = _covariance(start, used.pick(kept), asked, theta, list(found.common_noise), threads)
+    told = [*_distances(cell, start, used, theta, threads), *_places(cell, theta, asked, measured)]
+    wrong = _contradicted(told, V)
+    model = there(start, measured, found)
+    notes = [_sentence(of, others, V, cell, model) for of, others in wrong]
+    return _released(cell, [of for of, _ in wrong]), notes
+
+
+def found_distances(
+    cell: Cell, model: Cell, readings: Readings, free: Sequence[int], covariance: FloatArray
+) -> list[dict[str, Any]]:
+    """`known_distances` of result.json: of each that the file knows, what the fit has.
+
+    Args:
+        cell: As its file says.
+        model: Identified; of its distances the file's were used.
+        readings: In the postures of which they are.
+        free: The parameters and unknowns that were identified.
+        covariance: (len(free), len(free)) of these.
+    """
+    theta = np.asarray(model.model.start)
+    own = [k for k, i in enumerate(free) if i < len(theta)]
+    out = []
+    for known, of in zip(cell.distances, _distances(cell, model, readings, theta, 1), strict=True):
+        a = of.A[0, [free[k] for k in own]]
+        std = float(np.sqrt(max(float(a @ covariance[np.ix_(own, own)] @ a), 0.0)))
+        out.append(
+            {
+                "from": known.start,
+                "to": known.end,
+                "known_mm": known.mm,
+                "known_std_mm": known.sigma_mm,
+                "found_mm": known.mm - from_si(float(of.off[0]), "mm"),
+                "found_std_mm": from_si(std, "mm"),
+                "used": known in model.distances,
+            }
+        )
+    return out
+
+
+def _free(cell: Cell) -> Cell:
+    """The cell with nothing known within a sigma; the same where nothing is."""
+
+    def loose(known: Known) -> bool:
+        return not known.fixed and (known.sigma_mm is not None or known.sigma_deg is not None)
+
+    rigs = (cell.cameras, cell.boards)
+    members: list[Arm | Point] = [*cell.arms, *cell.points]
+    named = [("member", of.name) for of in members if loose(of.known)]
+    named += [("rig", name) for rig in rigs for name, of in rig.items() if _is_within(of)]
+    return _without(cell, cell.distances, [name for _, name in named]) if named or cell.distances else cell
+
+
+def _is_within(entry: Spec) -> bool:
+    """Is the place of a camera or board known within a sigma?"""
+    return not entry.get("fixed") and any(key in entry for key in _SIGMAS)
+
+
+def _released(cell: Cell, wrong: Sequence[Told]) -> Cell:
+    distances = [told.of for told in wrong if isinstance(told.of, Distance)]
+    return _without(cell, distances, [told.of[1] for told in wrong if not isinstance(told.of, Distance)])
+
+
+def _without(cell: Cell, distances: Sequence[Distance], names: Collection[str]) -> Cell:
+    """The cell that does not know some distances, nor where some members are."""
+
+    def rig(members: Mapping[str, Spec]) -> dict[str, Spec]:
+        return {
+            name: {key: value for key, value in of.items() if name not in names or key not in _SIGMAS}
+            for name, of in members.items()
+        }
+
+    return replace(
+        cell,
+        arms=tuple(replace(of, known=Known()) if of.name in names else of for of in cell.arms),
+        points=tuple(replace(of, known=Known()) if of.name in names else of for of in cell.points),
+        distances=tuple(of for of in cell.distances if of not in distances),
+        cameras=rig(cell.cameras),
+        boards=rig(cell.boards),
+    )
+
+
+def _covariance(
+    cell: Cell, readings: Readings, asked: Sequence[int], theta: FloatArray, noise: list[float], threads: int
+) -> FloatArray:
+    """(T, T) of the parameters and unknowns, what no reading shows within WEAK plausible sizes."""
+    measured = readings.measured(cell)
+    near = _core.linearize(cell.model, readings.samples(cell), measured, theta, noise, threads)
+    parameters = [*cell.model.parameters, *measured.parameters]
+    own = [*asked, *range(len(cell.model.parameters), len(parameters))]
+    size = np.array([parameters[i].sigma for i in own])
+    J = np.asarray(near.J)[:, own] * size
+    out = np.zeros((len(parameters), len(parameters)))
+    out[np.ix_(own, own)] = np.linalg.inv(J.T @ J + np.eye(len(own)) / WEAK**2) * np.outer(size, size)
+    return out
+
+
+def _distances(cell: Cell, at: Cell, readings: Readings, theta: FloatArray, threads: int) -> Iterator[Told]:
+    """The distances of the file, at theta of the cell `at`: their mean over the postures."""
+    own, samples = theta[: len(at.model.start)], readings.samples(at)
+    for known in cell.distances:
+        tables = known_tables(cell, known, len(readings))
+        near = _core.linearize(
+            at.model, samples, _core.Measurements(at.core, len(readings), tables, {}), own, [0.0], threads
+        )
+        r, J = np.asarray(near.r), np.asarray(near.J)
+        sigma = to_si(known.sigma_mm, "mm")
+        each = sigma * np.sqrt(len(r))
+        A = np.zeros((1, len(theta)))
+        A[0, : len(own)] = each * J.mean(axis=0)
+        yield Told(known, A, np.array([-each * r.mean()]), np.array([sigma]))
+
+
+def _places(
+    cell: Cell, theta: FloatArray, asked: Sequence[int], measured: _core.Measurements
+) -> Iterator[Told]:
+    """The places that the file knows within a sigma."""
+    start, count = np.asarray(cell.model.start), len(cell.model.start)
+    kinds = {**{of.name: "arm" for of in cell.arms}, **{of.name: of.role for of in cell.points}}
+    within = np.full(len(theta), np.inf)
+    for branch in cell.core.branches:
+        known, first = cell.known(branch.name), branch.first_parameter
+        own = [i for i in range(first, first + len(PLACEMENT)) if i in asked]
+        within[first : first + 3] = np.inf if known.sigma_mm is None else to_si(known.sigma_mm, "mm")
+        within[first + 3 : first + 6] = np.inf if known.sigma_deg is None else to_si(known.sigma_deg, "deg")
+        if at := [i for i in own if np.isfinite(within[i])]:
+            of = (kinds[branch.name], branch.name)
+            yield Told(of, np.eye(len(theta))[at], (start - theta[:count])[at], within[at])
+    known_here = known_within(cell, measured.parameters)
+    for owner in dict.fromkeys(of.owner for of in measured.parameters):
+        at = [k for k, of in enumerate(measured.parameters) if of.owner == owner and np.isfinite(known_here[k])]
+        if at:
+            kind, _, name = owner.partition(" ")
+            all_at = [count + k for k in at]
+            yield Told((kind, name), np.eye(len(theta))[all_at], -theta[all_at], known_here[at])
+
+
+def _contradicted(told: Sequence[Told], V: FloatArray) -> list[tuple[Told, list[Told]]]:
+    """What the readings and the rest of it contradict, each with what may be wrong in its place."""
+
+    def misfit(left: Sequence[Told]) -> tuple[float, int]:
+        if not left:
+            return 0.0, 0
+        A, d = np.vstack([of.A for of in left]), np.concatenate([of.off for of in left])
+        S = A @ V @ A.T + np.diag(np.concatenate([of.sigma for of in left]) ** 2)
+        return float(d @ np.linalg.solve(S, d)), len(d)
+
+    left, out = list(told), list[tuple[Told, list[Told]]]()
+    while left:
+        whole, count = misfit(left)
+        if chi2.sf(whole, count) > _CHANCE:
+            break
+        gain = [whole - misfit([of for of in left if of is not one])[0] - len(one.off) for one in left]
+        worst = int(np.argmax(gain))
+        alike = [of for of, own in zip(left, gain, strict=True) if of is not left[worst] and own > gain[worst] - _ALIKE]
+        out.append((left[worst], alike))
+        left.pop(worst)
+    return out
+
+
+def _sentence(of: Told, others: Sequence[Told], V: FloatArray, cell: Cell, model: Cell) -> str:
+    """What is told, what was found, and what may be wrong in its place."""
+    if isinstance(of.of, Distance):
+        std = float(np.sqrt((of.A @ V @ of.A.T)[0, 0]))
+        text = said(
+            "from {first} to {second} the file knows {told} mm (standard deviation {sigma}), the readings say {found} "
+            "mm ({std}): it is not used",
+            first=of.of.start,
+            second=of.of.end,
+            told=f"{of.of.mm:.3f}",
+            sigma=f"{of.of.sigma_mm:.2g}",
+            found=f"{of.of.mm - from_si(float(of.off[0]), 'mm'):.3f}",
+            std=f"{from_si(std, 'mm'):.2g}",
+        )
+    else:
+        kind, name = of.of
+        before, after = _place_of(cell, kind, name), _place_of(model, kind, name)
+        X = np.linalg.inv(pose(before)) @ pose(after)
+        angle = from_si(float(np.linalg.norm(np.asarray(_core.log_so3(X[:3, :3])))), "deg")
+        text = said(
+            "{name}: the file knows the place {told} mm, the readings say {found} mm, {off} mm and {turn} deg from it: "
+            "what the file knows of it is not used",
+            name=name,
+            told=_xyz(before),
+            found=_xyz(after),
+            off=f"{from_si(float(np.linalg.norm(X[:3, 3])), 'mm'):.3f}",
+            turn=f"{angle:.3f}",
+        )
+    if not others:
+        return text
+    return said("{text} (or it is {others} that is wrong)", text=text, others=joined(", ", [o.label for o in others]))
+
+
+def _place_of(cell: Cell, kind: str, name: str) -> Spec:
+    if kind == "arm":
+        return vars(cell.arm(name).robot.description.base)
+    if kind in ("camera", "board"):
+        entry = (cell.cameras if kind == "camera" else cell.boards)[name]
+        return {"xyz_mm": entry["xyz_mm"], "rpy_deg": entry["rpy_deg"]}
+    return frame_spec(pose(next(of.place for of in cell.points if of.name == name)))
+
+
+def _xyz(place: Spec) -> str:
+    return " ".join(f"{value:.3f}" for value in place["xyz_mm"])
