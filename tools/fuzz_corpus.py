@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.io
 import yaml
 from fuzz_cells import finite
 from fuzz_cells import readers as readers_of_cells
@@ -257,6 +258,9 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
     for line in range(4, 8):
         book.active.cell(line, 14, f"=A{line}*2")
     book.save(folder / "formulas.xlsx")
+    arrays = {"q": rows[:, :6], "position": rows[:, 6:9]}
+    scipy.io.savemat(folder / "arrays.mat", {"session": arrays})
+    np.savez(folder / "arrays.npz", **arrays)
     bag = b""
     if find_spec("rosbags") is not None:
         bag = recorded_bag(folder / "bag", np.radians(rows[:, :6]), 1e-3 * rows[:, 6:9])
@@ -278,6 +282,8 @@ def corpus(folder: Path) -> dict[str, tuple[str, bytes, Read, Callable[[random.R
         "export, table": (".csv", log.encode(), read_export, damaged),
         "export, xlsx": (".xlsx", (folder / "log.xlsx").read_bytes(), read_export, damaged_workbook),
         "export, formulas": (".xlsx", (folder / "formulas.xlsx").read_bytes(), read_export, damaged_workbook),
+        "export, MATLAB": (".mat", (folder / "arrays.mat").read_bytes(), read_export, damaged),
+        "export, NumPy": (".npz", (folder / "arrays.npz").read_bytes(), read_export, damaged),
         "export, labels": (".csv", labelled.encode(), read_points, damaged),
         "export, on its side": (".csv", side.encode(), read_export, damaged),
         "export, cp932": (".csv", japanese.encode("cp932"), read_export, damaged),
@@ -450,7 +456,7 @@ NAMES = [
     *("robot, YAML", "robot with a structure", "robot, URDF", "robot, URDF 1.1", "cell", "surroundings"),
     *("instruments", "network", "result"),
     *("export, table", "export, xlsx", "export, formulas", "export, labels", "export, on its side", "export, cp932"),
-    *("export, report", "export, ROS", "export, ROS bag", "map"),
+    *("export, MATLAB", "export, NumPy", "export, report", "export, ROS", "export, ROS bag", "map"),
     *("robot, MJCF", "robot, SDF", "robot, loops of a URDF"),
     *("UR kinematics", "UR calibration", "robot, xacro", "budget", "acceptance plan", "check", "list of arms"),
     *("cell with a camera", "corners", "cell of two arms", "readings of a cell", "rows that come"),

@@ -57,7 +57,8 @@ def array_tables(content: bytes, path: str) -> list[tuple[str, list[str], list[l
     """
     arrays = _matlab(content, path) if is_matlab(content) else _numpy(content, path)
     tables: dict[int, list[tuple[str, list[str], NDArray[np.float64]]]] = {}
-    for name, values in arrays.items():
+    for given, values in arrays.items():
+        name = "".join(letter if letter.isprintable() else "?" for letter in given)
         titles, rows = _columns(name, values)
         tables.setdefault(len(rows), []).append((name, titles, rows))
     found = [

@@ -164,7 +164,7 @@ class Table:
 def unreadable(kind: str, error: Exception, path: str) -> ParseError:
     """The error for a file that its decoder gives up, with the first line of what the decoder says."""
     reason = str(error).strip().splitlines() or [type(error).__name__]
-    return ParseError(f"is not a readable {kind} file: {reason[0]}", path)
+    return ParseError(f"is not a readable {kind} file: {reason[0]:.200}", path)
 
 
 def without_arrow(path: str) -> ParseError:
