@@ -49,6 +49,8 @@ def board_poses(
     known = np.asarray(np.isfinite(uv).all(axis=2))
     rows = np.flatnonzero(known.sum(axis=1) >= _FEWEST)
     rows = rows[~_on_a_line(points[:, :2], known[rows])]
+    if not len(rows):
+        return rows, np.zeros((0, 4, 4))
     return rows, _poses(camera, points, uv[rows], known[rows])
 
 

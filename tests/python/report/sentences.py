@@ -135,7 +135,7 @@ def said_in_cpp(message: str) -> bool:
 
 @functools.cache
 def _of_cpp() -> str:
-    core = SOURCE.parents[1] / "cpp" / "fastcal"
+    core = Path(__file__).parents[3] / "cpp" / "fastcal"  # the package may be installed elsewhere
     files = [path for kind in ("*.cpp", "*.hpp") for path in core.rglob(kind)]
     texts = re.findall(r'"(?:[^"\\\n]|\\.)*"(?:\s*"(?:[^"\\\n]|\\.)*")*', "".join(map(Path.read_text, files)))
     return re.sub(r'"\s*"', "", "\n".join(texts))
