@@ -10,6 +10,7 @@ from fastcal_studies import run_study
 distributed = pytest.importorskip("distributed")
 
 
+@pytest.mark.full
 @pytest.mark.filterwarnings("ignore")  # of Dask's own clean-up
 def test_a_dask_cluster_finds_the_same() -> None:
     alone = run_study("kuka_kr500", arms=1)

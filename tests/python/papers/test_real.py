@@ -88,6 +88,7 @@ def test_the_difference_of_two_methods_by_hand() -> None:
     assert not paired([1.0], [0.0], 70, 30).is_certain
 
 
+@pytest.mark.full
 def test_the_page_says_where_a_network_wins_and_where_not(
     published: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

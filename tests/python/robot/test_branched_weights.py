@@ -117,6 +117,7 @@ def test_points_are_predicted_within_a_tenth_of_their_floor(seed: int) -> None:
     assert rms < 1.1 * NOISE * 3**0.5
 
 
+@pytest.mark.full
 def test_the_other_arm_s_posture_is_missed_where_it_is_not_in_the_data() -> None:
     _, without, _ = measured(1)
     found = [f for f in diagnose(torso(), without).effects if f.effect == "branch_posture"]
