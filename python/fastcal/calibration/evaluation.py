@@ -314,11 +314,14 @@ def realigned(predicted: FloatArray, error: FloatArray) -> Realigned | None:
     if _is_hopeless(p, x, e):
         return None
     motion = best_motion(p, x)
-    left = ErrorStatistics.of(np.linalg.norm(p @ motion[:3, :3].T + motion[:3, 3] - x, axis=1))
-    given = ErrorStatistics.of(np.linalg.norm(e, axis=1))
-    if left is None or given is None or given.rms < ALIGNED_BETTER * left.rms:
-        return None
-    return Realigned(motion, left)
+    left = _far_less(p @ motion[:3, :3].T + motion[:3, 3] - x, e)
+    return None if left is None else Realigned(motion, left)
+
+
+def _far_less(left: FloatArray, given: FloatArray) -> ErrorStatistics | None:
+    """Statistics of the distances left (N, 3); None where those given (N, 3) are not ALIGNED_BETTER times as large."""
+    after, before = (ErrorStatistics.of(np.linalg.norm(of, axis=1)) for of in (left, given))
+    return None if after is None or before is None or before.rms < ALIGNED_BETTER * after.rms else after
 
 
 def remounted(turned: FloatArray, error: FloatArray) -> Remounted | None:
@@ -331,8 +334,5 @@ def remounted(turned: FloatArray, error: FloatArray) -> Remounted | None:
         return None
     R, e = turned[whole], error[whole]
     shift = -np.mean(np.einsum("nji,nj->ni", R, e), axis=0)  # R^T R = 1: the mean in the tool's frame is least squares
-    left = ErrorStatistics.of(np.linalg.norm(R @ shift + e, axis=1))
-    given = ErrorStatistics.of(np.linalg.norm(e, axis=1))
-    if left is None or given is None or given.rms < ALIGNED_BETTER * left.rms:
-        return None
-    return Remounted(shift, left)
+    left = _far_less(R @ shift + e, e)
+    return None if left is None else Remounted(shift, left)

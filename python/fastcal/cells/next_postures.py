@@ -11,6 +11,7 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
+from fastcal.calibration.greedy_gain import most_telling
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell
 from fastcal.cells.design import joint_limits
@@ -54,16 +55,7 @@ def next_postures(fit: KnownFit, watched: Mapping[str, FloatArray]) -> FloatArra
     near, count = wider.near(fit.start), wider.G.shape[1]
     C = near.posterior(1.0, fit.repeats, np.zeros(count), np.ones(count)).covariance
     A = (J @ wider.G[: len(theta)]).reshape(len(pool), -1, count)
-    chosen: list[int] = []
-    for _ in range(_MOST):
-        AC = A @ C
-        gain = np.linalg.slogdet(np.eye(A.shape[1]) + AC @ A.transpose(0, 2, 1))[1]
-        gain[chosen] = -np.inf
-        best = int(np.argmax(gain))
-        chosen.append(best)
-        a = AC[best]
-        C = C - a.T @ np.linalg.solve(np.eye(A.shape[1]) + a @ A[best].T, a)
-    return np.asarray(pool.q[chosen])
+    return np.asarray(pool.q[most_telling(A, C, _MOST)])
 
 
 def posture_json(cell: Cell, q: FloatArray) -> dict[str, float]:

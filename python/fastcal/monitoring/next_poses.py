@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fastcal.arrays import FloatArray
+from fastcal.calibration.greedy_gain import most_telling
 from fastcal.design.candidates import Candidates, joint_ranges, postures, with_conditions
 from fastcal.design.planned import approached
 from fastcal.design.separation import separating_poses
@@ -107,17 +108,7 @@ def informative(
     grown = np.vstack([R, np.zeros((J.shape[2] - len(R), R.shape[1]))])
     changes = [J @ (h.directions * h.sizes) for h in watched if h.directions is not None]
     A = np.concatenate([J[:, :, :base], J @ grown, *changes], axis=2)  # 1 m and 1 rad: as good as nothing is known
-    C = np.eye(A.shape[2])
-    chosen: list[int] = []
-    for _ in range(count):
-        AC = A @ C
-        gain = np.linalg.slogdet(np.eye(A.shape[1]) + AC @ A.transpose(0, 2, 1))[1]
-        gain[chosen] = -np.inf
-        best = int(np.argmax(gain))
-        chosen.append(best)
-        a = AC[best]
-        C = C - a.T @ np.linalg.solve(np.eye(A.shape[1]) + a @ A[best].T, a)
-    return pool.select(chosen)
+    return pool.select(most_telling(A, np.eye(A.shape[2]), count))
 
 
 def repeated(robot: Robot, data: Dataset, rows: Sequence[int]) -> list[NextPose]:
