@@ -93,10 +93,12 @@ def never_worse(
         return Chosen(fit.problem, found)
     left_out = np.union1d(_left_out(whole, found), fit.set_aside).astype(np.intp)
     holds = found.status == "converged" and not _is_worse(errors, found, left_out, judged)
-    if holds and np.sum(judged[left_out]) <= MANY * judged.sum():
+    few = np.sum(judged[left_out]) <= MANY * judged.sum()
+    if holds and few and not _is_worse(errors, found, left_out[:0], judged):
         return Chosen(fit.problem, found)
     best = Chosen(fit.problem, found) if holds else None
-    least = CLEARLY * _missed(errors, found, judged) if holds else np.inf
+    # A few rows that the fit gives up, for more than it gains on the others, are an end of a curve, or gross.
+    least = (1.0 if few else CLEARLY) * _missed(errors, found, judged) if holds else np.inf
     reason = _reason(found)
     if holds:
         reason = said("leaves out {count} rows that a fit of all rows reaches", count=len(left_out))
@@ -104,7 +106,7 @@ def never_worse(
         if pull and best is not None:
             break
         again = refit(other, **pull)
-        out = np.asarray(again.outliers, dtype=np.intp)
+        out = np.asarray([] if few and found.status == "converged" else again.outliers, dtype=np.intp)
         if again.status != "converged" or _is_worse(errors, again, out, judged):
             continue
         missed = _missed(errors, again, judged)

@@ -40,6 +40,27 @@ def test_a_path_with_waves_is_never_worse(seed: int, loss: str) -> None:
     assert result.train.after.rms <= result.train.before.rms
 
 
+@pytest.mark.parametrize(("far", "apart", "seed"), [(1.2, 20, 1), (1.6, 10, 0), (1.6, 20, 0), (1.6, 20, 2)])
+def test_a_few_rows_far_from_the_others_are_not_given_up(far: float, apart: int, seed: int) -> None:
+    """Joints err by waves that the geometry follows where most rows are: it goes astray where a few others lie.
+
+    Found on an iiwa of others, whose 21 first rows had been measured near its vertical: 1.25 mm before, 1.66 after.
+    """
+    arm = load_robot("lbr_iiwa7")
+    q = np.vstack([random_poses(arm, apart, seed=seed + 100) * 0.15, random_poses(arm, 220, seed=seed) * 0.3])
+    q[:apart, 1] += far
+    q[:apart, 3] -= far
+    bent = q.copy()
+    bent[:, 1] += 3e-3 * np.sin(2 * q[:, 1])
+    bent[:, 3] += 3e-3 * np.sin(2 * q[:, 3] + 1)
+    data = simulate(arm, Dataset.from_arrays(bent), noise=5e-5, seed=seed)
+    result = calibrate(arm, Dataset.from_arrays(q, position=data.position, robot=arm))
+    assert result.train.before is not None
+    assert result.train.after is not None
+    assert result.train.after.rms < result.train.before.rms
+    assert any("the result is" in note for note in result.notes)
+
+
 def test_gross_rows_are_no_argument_against_a_robust_fit() -> None:
     """Three rows are off by a metre: least squares bends to them, and misses all rows by less on the whole."""
     true = perturbed(ARM, seed=1)
