@@ -30,6 +30,7 @@ from fastcal.units import from_si, to_si
 
 _POUND = to_si(0.45359237, "kg")
 _SAME = 0.01  # of a load: within it two are one
+_LOADS, _MOST_LOAD = 13, 1.5  # that rows of a doubtful label may carry instead, up to so many times the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,8 +181,8 @@ def _labels(plain: SearchNode, best: SearchNode) -> Reading | None:
     """Rows of one payload that do not carry it, such as a column that is 0 in every second row.
 
     The others must be fitted by themselves, down to the noise and better than what was named fits all, and their model
-    must miss these rows by more than it is unsure of them. Where that is so of several payloads, what is missing merely
-    grows with them.
+    must miss these rows by more than it is unsure of them, but not with another load in each. Where that is so of
+    several payloads, what is missing merely grows with them.
     """
     at = plain.fit
     problem, data = at.problem, at.problem.data
@@ -196,12 +197,37 @@ def _labels(plain: SearchNode, best: SearchNode) -> Reading | None:
         rest = fit(problem.with_rows(problem.used & ~among), plain.names, at)
         own = rest.remaining / rest.freedom
         is_all = rest.remaining - rest.freedom < _noise_of(rest)
-        if rest.converged and is_all and own < rules.CLEARLY_LESS * by_names and _misses(rest, among, own):
+        is_clear = rest.converged and is_all and own < rules.CLEARLY_LESS * by_names and _misses(rest, among, own)
+        if is_clear and _carry_another(rest, among):
             rows = np.flatnonzero(among)
             first = ", ".join(map(str, rows[:3]))
             words = f"the payload column does not fit rows {first} ..., which have {_kg(level)} kg"
             found.append(Reading(f"{words}: these {len(rows)} rows are left out", without=rows))
     return found[0] if len(found) == 1 else None
+
+
+def _carry_another(rest: Fit, among: NDArray[np.bool_]) -> bool:
+    """Does another load in each of the rows (N,), from none to more than any, take away half of what they are missed by?
+
+    What bends with the load and is not in the model misses the rows of the largest as well: there no load fits.
+    """
+    every = rest.on_every_row
+    problem = every.problem
+    there = problem.rows[every.near.row]
+
+    def missed(load: FloatArray) -> FloatArray:
+        read = replace(problem, data=replace(problem.data, payload=load))
+        model, samples = read.model(every.entries, read.kept)
+        r = read.linearized(model, samples, every.theta, columns=False).r / read.noise.factor
+        return np.bincount(there, r**2, len(among))[among]
+
+    load = problem.data.payload
+    as_labelled = missed(load)
+    least = as_labelled
+    for other in np.linspace(0, _MOST_LOAD * load.max(), _LOADS):
+        least = np.minimum(least, missed(np.where(among, other, load)))
+    numbers = np.bincount(there, minlength=len(among))[among]
+    return bool(np.sum(least - numbers) < rules.READING_SHARE * np.sum(as_labelled - numbers))
 
 
 def _noise_of(found: Fit) -> float:
