@@ -17,6 +17,7 @@ from fastcal.calibration.pose_folds import along_a_path
 from fastcal.diagnosis import adaptation, grading, rivals, sensitivity, unexplained
 from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import Fit, fit
+from fastcal.diagnosis.gap import GapStep
 from fastcal.diagnosis.heavy_tails import weighed
 from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.library import Library, build_library
@@ -142,6 +143,8 @@ class Found:
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
         if any(f.grade != "A" for f in findings):
             findings = [_as_sure_as_the_least(f) for f in findings]
+        if not _test_bears_out(gap):
+            findings = [replace(f, grade="C", limits=(Because(Reason.NOT_ON_TEST_POSES), *f.limits)) for f in findings]
         there = {finding.label for finding in findings}
         findings += [self._unnamed(steps[-1].model, entry) for entry in profiles if label(entry) not in there]
         if more is not None and step is not None:
@@ -350,6 +353,12 @@ def of_corners(at: Fit) -> Fit:
     by = float(np.sqrt(np.sum(r[row >= 0] ** 2) / again.freedom))  # of the six numbers of a picture: postures' noise
     again = fit(problem.with_noise(replace(problem.noise, factor=problem.noise.factor * by)), at.added, again)
     return again if again.converged else at
+
+
+def _test_bears_out(steps: Sequence[GapStep]) -> bool:
+    """Do the names make the error on test poses fall? So too where there is no name, or no such pose."""
+    before, after = steps[0].main.test_rms, steps[-1].main.test_rms
+    return len(steps) == 1 or before is None or after is None or after < before
 
 
 def _as_sure_as_the_least(finding: Finding) -> Finding:

@@ -20,7 +20,7 @@ from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
 from fastcal.diagnosis.library import is_excluded
 from fastcal.diagnosis.moved_zeros import moved_zeros
 from fastcal.diagnosis.one_curve import is_one_curve
-from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike
+from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike, slow_waves_alike
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
@@ -91,6 +91,8 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
             rivals += (BlockLabel(name.owner, (place_of(name.owner).position,)),)
         orders = orders_alike(base, name) if name.traits.is_wave else ()
         alike += (Because(Reason.ORDERS_ALIKE, orders=orders),) if orders else ()
+        slow = slow_waves_alike(base, name, statistic)
+        alike += (Because(Reason.SLOW_WAVE_ALIKE, orders=slow),) if slow else ()
         alike += other_forms_that_do(search, state, name)
     parameters = state.fit.model.parameters[place]
     plausible = _is_plausible(parameters, theta)

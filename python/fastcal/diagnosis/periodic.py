@@ -77,15 +77,12 @@ def fine_looks(problem: Problem, name: Hypothesis) -> float:
     return float(len(_spaced(float(np.ptp(problem.kept.q[:, joint])), FINEST_WAVE)) * problem.kept.q.shape[1])
 
 
-def scan(state: SearchNode, *, fine_alone: bool = False) -> list[Hypothesis]:
-    """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint.
-
-    With `fine_alone` those beyond MAX_ORDER, of which no block without a name holds anything.
-    """
+def scan(state: SearchNode) -> list[Hypothesis]:
+    """Waves of orders beyond the library's that are significant at a fit, the highest peaks of each revolute joint."""
     problem = state.fit.problem
     waves_of_a_joint = [effect for effect in effect_names() if traits_of(effect).is_wave]
     found: list[Hypothesis] = []
-    for joint, new in enumerate(each(_orders(state, fine_alone=fine_alone), range(problem.start.robot.joint_count))):
+    for joint, new in enumerate(each(_orders(state), range(problem.start.robot.joint_count))):
         for effect in waves_of_a_joint:
             bare = {"effect": effect, "owner": joint_name(joint)}
             if not is_excluded(effect, bare["owner"], problem.excluded):
@@ -94,7 +91,7 @@ def scan(state: SearchNode, *, fine_alone: bool = False) -> list[Hypothesis]:
     return [name for name in found if repr(name) not in there]
 
 
-def _orders(state: SearchNode, *, fine_alone: bool) -> Callable[[int], list[float]]:
+def _orders(state: SearchNode) -> Callable[[int], list[float]]:
     """The orders that `scan` finds of a joint."""
     problem = state.fit.problem
     kinds = problem.start.robot.joint_types
@@ -105,8 +102,6 @@ def _orders(state: SearchNode, *, fine_alone: bool) -> Callable[[int], list[floa
         if kinds[joint] != "revolute" or span <= 0:
             return []
         scored = scores_of[joint]
-        if fine_alone:
-            return _fine_orders(state, joint, scored)
         orders = _spaced(span, MAX_ORDER)
         scores = scored(orders)
         trials = len(orders) * len(kinds) / 2
@@ -229,6 +224,22 @@ def orders_alike(base: SearchNode, name: Hypothesis) -> tuple[float, ...]:
     likeliest = np.flatnonzero(apart)[np.argsort(-statistic[apart], kind="stable")][:_MOST_ALIKE]
     refined = [best(float(orders[i])) for i in likeliest]
     return tuple(sorted(order for height, order in refined if height >= enough))
+
+
+def slow_waves_alike(base: SearchNode, name: Hypothesis, statistic: float) -> tuple[float, ...]:
+    """Whole orders with which a wave does as well as another function of a joint's own position, without it.
+
+    Of a wave slower than half a period in the joint's range a short range shows a slope: so does a wrong ratio.
+    """
+    if name.traits.is_wave or name.traits.depends_on != ("q{n}",):
+        return ()
+    joint = place_of(name.owner).index
+    if base.fit.problem.start.robot.joint_types[joint] != "revolute":
+        return ()
+    span = float(np.ptp(base.fit.problem.kept.q[:, joint]))
+    orders = np.arange(1.0, max(np.pi / max(span, 1e-3), 1.0) + 1)[:_MOST_ALIKE]
+    alike = np.asarray(_scored(base, joint)(orders).statistic) >= statistic - OTHER_ORDER_LOSS
+    return tuple(orders[alike].tolist())
 
 
 def _peaks(

@@ -104,12 +104,12 @@ def _again(
 def _further_names(search: Search, best: SearchNode, *, steps_in_noise: bool) -> list[Hypothesis]:
     """Names that the library does not hold, where a set leaves something: beyond it, and beyond none of its names.
 
-    Where nothing is left, waves that are too fine for any block without a name are looked for all the same, and where
-    a name follows time or heat, others that do: the likelier law is the one that is given.
+    Where nothing is left, waves are looked for all the same, since blocks without a name are too smooth for most; and
+    where a name follows time or heat, others that do: the likelier law is the one that is given.
     """
     if best.suffices:
         alone = scans.without_a_block(timed=search.problem.data.time is not None or not steps_in_noise)
-        fine = [*periodic.scan(best, fine_alone=True), *scans.scan(best, among=alone)]
+        fine = [*periodic.scan(best), *scans.scan(best, among=alone)]
         return scans.with_further_steps(search, best, fine) + scans.rivals_of_slow(search, best)
     found = _scanned(search, best)
     there = {name.key for name in found}
