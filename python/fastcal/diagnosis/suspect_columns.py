@@ -207,7 +207,7 @@ def _labels(plain: SearchNode, best: SearchNode) -> Reading | None:
 
 
 def _carry_another(rest: Fit, among: NDArray[np.bool_]) -> bool:
-    """Does another load in each of the rows (N,), from none to more than any, take away half of what they are missed by?
+    """Does another load in each of the rows (N,), from none to more than any, take away half of the misfit?
 
     What bends with the load and is not in the model misses the rows of the largest as well: there no load fits.
     """

@@ -311,7 +311,9 @@ def _doubtful(f: Finding) -> Said:
     if f.grade == "C" and not f.in_model:
         return said("{cause} is possible, but no more than that.", cause=what)
     if any(limit.reason is Reason.NOT_ON_TEST_POSES for limit in f.limits[:1]):
-        return said("{cause} explains the measured poses, but the test poses are not predicted better with it.", cause=what)
+        return said(
+            "{cause} explains the measured poses, but the test poses are not predicted better with it.", cause=what
+        )
     if any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1]):
         because = said("the cause may be another one")
     else:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Waves beyond forty cycles a turn: a thousand orders of each joint are looked at, and that counts against them."""
+"""Waves of any order: where no smooth block shows one, and beyond forty cycles a turn, of which there are a thousand."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import fastcal
 from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.periodic import fine_looks
+
+from .rules.small_arm import SIGMA, arm
 
 ROWS = 150
 
@@ -42,3 +45,44 @@ def test_rounded_joints_and_too_small_a_claim_make_no_fine_wave(seed: int) -> No
     )
     found = fastcal.diagnose(robot, read)
     assert [of for of in found.effects if of.in_model] == []
+
+
+def measured(effect: dict[str, Any], reach: float | NDArray[np.float64], rows: int) -> fastcal.Dataset:
+    """Rows of the small arm with an effect, each joint within `reach` [rad] of 0."""
+    true = fastcal.perturbed(arm(), seed=1, length=5e-4, angle=5e-4)
+    q = np.random.default_rng(1).uniform(-1, 1, (rows, 3)) * reach
+    having = fastcal.Robot(dict(true.spec) | {"effects": [effect]})
+    return fastcal.simulate(having, fastcal.Dataset.from_arrays(q), noise=SIGMA, seed=1)
+
+
+@pytest.mark.parametrize("order", [12, 17, 25])
+def test_a_wave_that_smooth_blocks_miss_is_named(order: int) -> None:
+    """It passed for noise: a fifth of a millimetre at a noise of a twentieth."""
+    effect = {
+        "effect": "gear_harmonic",
+        "owner": "joint2",
+        "order": order,
+        "parameters": {"amplitude_rad": 2e-4, "phase_rad": 0.7},
+    }
+    found = fastcal.diagnose(arm(), measured(effect, reach=2.0, rows=200))
+    assert [(of.label, of.grade) for of in found.effects] == [("gear_harmonic@joint2", "A")]
+    assert found.effects[0].parameters["order"].value == order
+
+
+@pytest.mark.parametrize(("reach", "grade"), [(0.35, "B"), (2.0, "A")])
+def test_a_ratio_in_a_short_range_may_be_a_slow_wave(reach: float, grade: str) -> None:
+    effect = {"effect": "reduction_ratio", "owner": "joint2", "parameters": {"error": 3e-3}}
+    found = fastcal.diagnose(arm(), measured(effect, reach=reach, rows=90))
+    assert [(of.label, of.grade) for of in found.effects] == [("reduction_ratio@joint2", grade)]
+    assert ("a slow wave fits equally well in a short range" in str(found.effects[0].limits)) == (grade == "B")
+
+
+def test_what_test_poses_do_not_bear_out_is_no_more_than_possible() -> None:
+    """A wave of joint 2 is a slope where the joint was measured, and turns back where the test poses are."""
+    wave = {"amplitude_rad": 1.5e-3, "phase_rad": 0.0}
+    effect = {"effect": "gear_harmonic", "owner": "joint2", "order": 3, "parameters": wave}
+    data = measured(effect, reach=np.array([2.0, 0.3, 2.0]), rows=90)
+    found = fastcal.diagnose(arm(), data, test=measured(effect, reach=2.5, rows=60))
+    assert [(of.label, of.grade) for of in found.effects] == [("reduction_ratio@joint2", "C")]
+    assert "but the test poses are not predicted better with it" in found.sentence
+    assert found.status == "predicts_worse"
