@@ -219,7 +219,7 @@ def _carry_another(rest: Fit, among: NDArray[np.bool_]) -> bool:
         read = replace(problem, data=replace(problem.data, payload=load))
         model, samples = read.model(every.entries, read.kept)
         r = read.linearized(model, samples, every.theta, columns=False).r / read.noise.factor
-        return np.bincount(there, r**2, len(among))[among]
+        return np.asarray(np.bincount(there, r**2, len(among))[among], dtype=np.float64)
 
     load = problem.data.payload
     as_labelled = missed(load)

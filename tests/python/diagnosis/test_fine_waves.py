@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Waves of any order: where no smooth block shows one, and beyond forty cycles a turn, of which there are a thousand."""
+"""Waves of any order: where no smooth block shows one, and beyond forty cycles a turn, a thousand for each joint."""
 
 from __future__ import annotations
 
