@@ -140,7 +140,7 @@ def test_two_processes_find_what_one_finds() -> None:
 
 
 def test_every_figure_is_drawn(browser: Any) -> None:
-    document, console = browser.run(paper_page(made_up()), "--dump-dom", *browser.no_gl)
+    document, console = browser.run(paper_page(made_up()))
     assert console == []
     assert re.findall(r'data-state="(\w+)"', document.split("<main")[1]) == ["drawn"]
 
