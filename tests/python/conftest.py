@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: MIT
 """What many tests need."""
 
+import copy
+import fcntl
 import importlib.util
+import json
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -166,6 +169,40 @@ class SharedData:
 def shared_data() -> SharedData:
     """The measurement sets, each by its name."""
     return SharedData()
+
+
+def made_once(folder: Path, name: str, make: Callable[[], Any]) -> Any:
+    """What `make` returns, as JSON keeps it: made by the first test process that asks, read by the others."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # that of all processes of this run
+    kept = folder / f"{name}.json"
+    with (folder / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            kept.write_text(json.dumps(make()))
+    return json.loads(kept.read_text())
+
+
+@pytest.fixture(scope="session")
+def first_kr500(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What the KR500 study measures of its first arm: the cheapest of all studies, and half a minute all the same."""
+    from fastcal_studies import kuka_kr500
+
+    run: dict[str, Any] = made_once(tmp_path_factory.getbasetemp(), "kr500", lambda: kuka_kr500.one_arm(0, full=False))
+    return run
+
+
+@pytest.fixture
+def known_kr500(first_kr500: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The KR500 study takes its first arm as measured; all that follows from it is done."""
+    from fastcal_studies import kuka_kr500
+
+    measure = kuka_kr500.one_arm
+    monkeypatch.setattr(
+        kuka_kr500,
+        "one_arm",
+        lambda seed, full: measure(seed, full=full) if seed or full else copy.deepcopy(first_kr500),
+    )
 
 
 @pytest.fixture(scope="session")

@@ -119,6 +119,7 @@ def test_a_study_is_found_by_its_name_or_refused() -> None:
         run_study(NAMES[0], arms=0)
 
 
+@pytest.mark.usefixtures("known_kr500")
 def test_the_command_writes_json_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["paper", "kuka_kr500", "--arms", "1", "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
