@@ -79,6 +79,20 @@ class Browser:
             return shown.pdf(prefer_css_page_size=True), [line for line in said if HARMLESS not in line]
 
 
+# Files that take minutes, and rooms with many that take half a minute: begun first, so that no process ends with one.
+LONG = ("test_examples", "report/test_every_page", "studio/", "report/test_german", "papers/", "cells/", "diagnosis/")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    home = Path(__file__).parent
+
+    def place(item: pytest.Item) -> int:
+        name = item.path.relative_to(home).as_posix()
+        return next((k for k, begins in enumerate(LONG) if name.startswith(begins)), len(LONG))
+
+    items.sort(key=place)
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     if item.get_closest_marker("full") and os.environ.get("FASTCAL_TEST_FULL") != "1":
         pytest.skip("only in ./test --full")
