@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -131,5 +131,5 @@ def _cells(
         on = (at_x > paper[0]) & (at_y > paper[1]) & (at_x < paper[2]) & (at_y < paper[3])
     grey = np.full(at_x.shape, taken.behind)
     grey[on] = taken.black + (taken.white - taken.black) * print_on(at_x[on], at_y[on])
-    rows = sum(grey[k::samples] for k in range(samples))
-    return np.asarray(sum(rows[:, k::samples] for k in range(samples)) / samples**2)
+    rows = reduce(np.add, (grey[k::samples] for k in range(samples)))
+    return np.asarray(reduce(np.add, (rows[:, k::samples] for k in range(samples))) / samples**2)
