@@ -49,12 +49,13 @@ class Browser:
     def visited(self, address: str, ready: str, width: int = SIZE["width"]) -> Iterator[tuple[Any, list[str]]]:
         """The same of a page that has an address and is ready with the first element that `ready` selects."""
         context = self.chromium.new_context(viewport=SIZE | {"width": width})
-        page, said = context.new_page(), []
-        page.on("console", lambda message: said.append(message.text))
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.goto(address)
-        page.locator(ready).first.wait_for(state="attached", timeout=PATIENCE)
+        said: list[str] = []
         try:
+            page = context.new_page()
+            page.on("console", lambda message: said.append(message.text))
+            page.on("pageerror", lambda error: said.append(str(error)))
+            page.goto(address)
+            page.locator(ready).first.wait_for(state="attached", timeout=PATIENCE)
             yield page, said
         finally:
             context.close()
