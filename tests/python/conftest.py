@@ -85,11 +85,9 @@ LONG = ("test_examples", "report/test_every_page", "studio/", "report/test_germa
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    home = Path(__file__).parent
-
     def place(item: pytest.Item) -> int:
-        name = item.path.relative_to(home).as_posix()
-        return next((k for k, begins in enumerate(LONG) if name.startswith(begins)), len(LONG))
+        name = item.path.as_posix()
+        return next((k for k, begins in enumerate(LONG) if f"tests/python/{begins}" in name), len(LONG))
 
     items.sort(key=place)
 
