@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: MIT
 """What many tests need."""
 
-import html
+import copy
+import fcntl
 import importlib.util
 import json
 import os
-import re
 import shutil
-import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,103 +23,78 @@ from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
 from fastcal.robot.robot import Robot
 
-FLAGS = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--hide-scrollbars",
-    "--enable-logging=stderr",
-    "--v=0",
-    "--window-size=1280,2400",
-    # Timers of a page pass in no time while a busy machine still paints a frame that they wait for: ample.
-    "--virtual-time-budget=1000000",
-]
 SOFTWARE_GL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 NO_GL = ["--disable-gpu", "--disable-3d-apis"]
 # A hint about speed, which the software renderer draws from the browser itself.
 HARMLESS = "Canvas2D: Multiple readback operations"
-PROBE = """
-<script>
-addEventListener("securitypolicyviolation", (event) => { window.blocked = event.effectiveDirective; });
-const wait = setInterval(async () => {
-  if (document.body.dataset.state !== "ready") return;
-  clearInterval(wait);
-  const seen = await (async () => { %s })();
-  const box = document.createElement("pre");
-  box.id = "probe";
-  box.textContent = JSON.stringify(seen);
-  document.body.append(box);
-}, 20);
-</script>
-</body>"""
-
-# Headless Chromium makes no window narrower than 500 pixels: the phone is a frame in one.
-PHONE = """<!DOCTYPE html><html><head><title>phone</title></head><body style="margin:0">
-<iframe srcdoc="%s" style="border:0;width:400px;height:9000px"></iframe><script>
-addEventListener("message", (event) => { document.body.dataset.state = "ready"; window.seen = event.data; });
-</script></body></html>"""
-ON_PHONE = """<script>
-  const wait = setInterval(() => {
-    if (document.body.dataset.state !== "ready") return;
-    clearInterval(wait);
-    parent.postMessage((() => { %s })(), "*");
-  }, 20);</script></body>"""
+SIZE = {"width": 1280, "height": 2400}  # of the screen that most tests look at [CSS pixels]
+PATIENCE = 120_000  # on a busy machine [ms]
 
 
 class Browser:
-    """Runs a page in headless Chromium in a fresh profile."""
+    """Shows a page in a profile of its own: what it becomes, what it says, what a script finds there."""
 
-    no_gl = NO_GL
+    def __init__(self, chromium: Any, folder: Path) -> None:
+        self.chromium, self.folder = chromium, folder
 
-    def __init__(self, command: str, folder: Path) -> None:
-        self.command, self.folder = command, folder
-
-    def run(self, page: str, *flags: str) -> tuple[str, list[str]]:
-        """The document after its scripts ran, and the lines of the console."""
+    @contextmanager
+    def shown(self, page: str, width: int = SIZE["width"]) -> Iterator[tuple[Any, list[str]]]:
+        """A page of fastcal or another document, once its scripts ran, and the lines of its console."""
         path = self.folder / "page.html"
         path.write_text(page, encoding="utf-8")
-        return self.visit(path.as_uri(), *flags)
+        with self.visited(path.as_uri(), 'body[data-state="ready"]' if "data-state" in page else "body", width) as out:
+            yield out
 
-    def visit(self, address: str, *flags: str) -> tuple[str, list[str]]:
-        """The same of a page that has an address."""
-        profile = self.folder / "profile"
-        command = [self.command, *FLAGS, f"--user-data-dir={profile}", *flags, address]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
-        shutil.rmtree(profile, ignore_errors=True)
-        lines = [line for line in done.stderr.splitlines() if ":CONSOLE:" in line and HARMLESS not in line]
-        return done.stdout, lines
+    @contextmanager
+    def visited(self, address: str, ready: str, width: int = SIZE["width"]) -> Iterator[tuple[Any, list[str]]]:
+        """The same of a page that has an address and is ready with the first element that `ready` selects."""
+        context = self.chromium.new_context(viewport=SIZE | {"width": width})
+        said: list[str] = []
+        try:
+            page = context.new_page()
+            page.on("console", lambda message: said.append(message.text))
+            page.on("pageerror", lambda error: said.append(str(error)))
+            page.goto(address)
+            page.locator(ready).first.wait_for(state="attached", timeout=PATIENCE)
+            yield page, said
+        finally:
+            context.close()
 
-    def probe(self, page: str, script: str, *flags: str) -> Any:
+    def run(self, page: str) -> tuple[str, list[str]]:
+        """The document after its scripts ran, and the lines of the console."""
+        with self.shown(page) as (shown, said):
+            return shown.content(), [line for line in said if HARMLESS not in line]
+
+    def probe(self, page: str, script: str, width: int = SIZE["width"]) -> Any:
         """What `script`, the body of an async function, returns when the page is ready."""
-        document, _ = self.run(page.replace("</body>", PROBE % script), "--dump-dom", *(flags or NO_GL))
-        found = re.search(r'<pre id="probe">(.*?)</pre>', document, re.DOTALL)
-        assert found is not None, "the page never became ready"
-        return json.loads(html.unescape(found[1]))
+        with self.shown(page, width) as (shown, _):
+            return shown.evaluate(f"async () => {{ {script} }}")
 
     def phone(self, page: str, script: str) -> Any:
-        """What `script`, the body of a function, returns when the page is ready on a screen 400 pixels wide."""
-        inner = html.escape(page.replace("</body>", ON_PHONE % script), quote=True)
-        return self.probe(PHONE % inner, "return window.seen;")
+        """The same on a screen 400 pixels wide."""
+        return self.probe(page, script, 400)
+
+    def printed(self, page: str) -> tuple[bytes, list[str]]:
+        """The page as a PDF, and the lines of the console."""
+        with self.shown(page) as (shown, said):
+            return shown.pdf(prefer_css_page_size=True), [line for line in said if HARMLESS not in line]
+
+
+# Files that take minutes, and rooms with many that take half a minute: begun first, so that no process ends with one.
+LONG = ("test_examples", "report/test_every_page", "studio/", "report/test_german", "papers/", "cells/", "diagnosis/")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    def place(item: pytest.Item) -> int:
+        name = item.path.as_posix()
+        return next((k for k, begins in enumerate(LONG) if f"tests/python/{begins}" in name), len(LONG))
+
+    items.sort(key=place)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     if item.get_closest_marker("full") and os.environ.get("FASTCAL_TEST_FULL") != "1":
         pytest.skip("only in ./test --full")
-
-
-@pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
-    command = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if command is None:
-        missing = "no chromium on this machine (Debian: apt-get install chromium)"
-        if os.environ.get("FASTCAL_DATA_REQUIRED") == "1":
-            pytest.fail(missing)
-        pytest.skip(missing)
-    return Browser(command, tmp_path_factory.mktemp("browser"))
 
 
 @pytest.fixture(scope="session")
@@ -138,6 +113,11 @@ def chromium() -> Iterator[Any]:
         browser.timeout = playwright.TimeoutError
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Browser:
+    return Browser(chromium, tmp_path_factory.mktemp("browser"))
 
 
 def axe_core() -> str | None:
@@ -202,6 +182,40 @@ class SharedData:
 def shared_data() -> SharedData:
     """The measurement sets, each by its name."""
     return SharedData()
+
+
+def made_once(folder: Path, name: str, make: Callable[[], Any]) -> Any:
+    """What `make` returns, as JSON keeps it: made by the first test process that asks, read by the others."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # that of all processes of this run
+    kept = folder / f"{name}.json"
+    with (folder / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            kept.write_text(json.dumps(make()))
+    return json.loads(kept.read_text())
+
+
+@pytest.fixture(scope="session")
+def first_kr500(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What the KR500 study measures of its first arm: the cheapest of all studies, and half a minute all the same."""
+    from fastcal_studies import kuka_kr500
+
+    run: dict[str, Any] = made_once(tmp_path_factory.getbasetemp(), "kr500", lambda: kuka_kr500.one_arm(0, full=False))
+    return run
+
+
+@pytest.fixture
+def known_kr500(first_kr500: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The KR500 study takes its first arm as measured; all that follows from it is done."""
+    from fastcal_studies import kuka_kr500
+
+    measure = kuka_kr500.one_arm
+    monkeypatch.setattr(
+        kuka_kr500,
+        "one_arm",
+        lambda seed, full: measure(seed, full=full) if seed or full else copy.deepcopy(first_kr500),
+    )
 
 
 @pytest.fixture(scope="session")

@@ -92,6 +92,8 @@ def test_the_examples_of_a_page_run(
     monkeypatch.setattr(registered, "_effects", {})  # what a page registers is that page's
 
     names: dict[str, object] = {"__name__": "__main__"}
+    if any("paper kuka_kr500" in command for block in blocks(page) for command in block.commands()):
+        request.getfixturevalue("known_kr500")
     for block in blocks(page):
         for name in PUBLIC_SETS:
             if f"{name}/" in block.text and not Path(name).exists():

@@ -47,7 +47,8 @@ def test_the_site_builds_without_a_warning(home: Path) -> None:
 @pytest.mark.parametrize("page", ["index.html", "effects/backlash.html"])
 def test_a_site_opened_from_disk_finds_what_is_searched_for(home: Path, browser: Any, page: str) -> None:
     address = f"{(home.parent / page).as_uri()}?q=ball-bar"
-    document, console = browser.visit(address, "--dump-dom", "--virtual-time-budget=8000", *browser.no_gl)
+    with browser.visited(address, "a.md-search-result__link") as (shown, console):
+        document = shown.content()
     assert console == []
     assert re.search(r"\d+ matching documents", document)
     found = re.findall(r'<a href="(file:[^"]*)" class="md-search-result__link"', document)

@@ -50,9 +50,9 @@ def _squares(board: Mapping[str, Any]) -> Pattern:
 
     def brightness(x: FloatArray, y: FloatArray) -> FloatArray:
         across, down = x / side + 1, y / side + 1  # from the outer corner, in squares
-        i, j = np.floor(across).astype(int), np.floor(down).astype(int)
+        i, j = np.floor(across).astype(np.int32), np.floor(down).astype(np.int32)
         inside = (i >= 0) & (j >= 0) & (i < columns) & (j < rows)
-        white = (((i + j) % 2 != 0) | ~inside).astype(np.float64)
+        white = (((i ^ j) & 1 != 0) | ~inside).astype(np.float64)
         if marked is not None:
             bits, share = marked
             own = [(value - np.floor(value) - (1 - share) / 2) / share for value in (across, down)]

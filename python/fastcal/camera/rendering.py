@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -87,25 +88,28 @@ def render(
 
 def _places(camera: Mapping[str, Any], T: FloatArray, width: int, height: int) -> tuple[FloatArray, FloatArray]:
     """Where the corners of the lattice's cells are on the board [mm], NaN where their rays miss its plane."""
-    # A cell begins at the edge of a pixel, half a pixel before its centre.
-    u, v = np.meshgrid(*(np.arange(-(-side // _STEP) + 1) * _STEP - 0.5 for side in (width, height)))
-    rays = _rays(camera, np.column_stack([u.ravel(), v.ravel()]))
+    rays = _rays(str(camera["model"]), tuple(lens_numbers(dict(camera))), width, height)
     R, p = T[:3, :3], T[:3, 3]
     d, origin = rays @ R, R.T @ p
     with np.errstate(divide="ignore", invalid="ignore"):
         t = origin[2] / d[:, 2]
         t[~(t > 0)] = np.nan
         at = from_si(d * t[:, np.newaxis] - origin, "mm")
-    return at[:, 0].reshape(u.shape), at[:, 1].reshape(u.shape)
+    shape = (-(-height // _STEP) + 1, -(-width // _STEP) + 1)
+    return at[:, 0].reshape(shape), at[:, 1].reshape(shape)
 
 
-def _rays(camera: Mapping[str, Any], uv: FloatArray) -> FloatArray:
-    """(K, 3) directions with z = 1 that are drawn at pixels (K, 2)."""
-    numbers, model = lens_numbers(dict(camera)), str(camera["model"])
+@lru_cache(maxsize=4)  # the pictures of a session are of one camera, or a few
+def _rays(model: str, numbers: tuple[float, ...], width: int, height: int) -> FloatArray:
+    """(K, 3) directions with z = 1 that are drawn at the corners of the lattice's cells, row by row."""
+    # A cell begins at the edge of a pixel, half a pixel before its centre.
+    u, v = np.meshgrid(*(np.arange(-(-side // _STEP) + 1) * _STEP - 0.5 for side in (width, height)))
+    uv = np.column_stack([u.ravel(), v.ravel()])
     focal, centre = np.asarray(numbers[:2]), np.asarray(numbers[2:4])
     rays = np.column_stack([(uv - centre) / focal, np.ones(len(uv))])
     for _ in range(_ROUNDS):
-        rays[:, :2] -= (_core.draw(model, numbers, rays) - uv) / focal
+        rays[:, :2] -= (_core.draw(model, list(numbers), rays) - uv) / focal
+    rays.flags.writeable = False
     return rays
 
 
@@ -127,5 +131,5 @@ def _cells(
         on = (at_x > paper[0]) & (at_y > paper[1]) & (at_x < paper[2]) & (at_y < paper[3])
     grey = np.full(at_x.shape, taken.behind)
     grey[on] = taken.black + (taken.white - taken.black) * print_on(at_x[on], at_y[on])
-    pixels = grey.reshape(len(grey) // samples, samples, -1, samples)
-    return np.asarray(pixels.mean(axis=(1, 3)))
+    rows = reduce(np.add, (grey[k::samples] for k in range(samples)))
+    return np.asarray(reduce(np.add, (rows[:, k::samples] for k in range(samples))) / samples**2)

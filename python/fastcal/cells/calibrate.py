@@ -175,7 +175,7 @@ def calibrate_cell(
         cell, readings, effects=effects, arms=arms, loss=loss, threads=threads
     )
     readings = replace(readings, notes=(*readings.notes, *against))
-    start, used, wrong = started(cell, readings)
+    start, used, wrong = started(cell, readings, as_read=as_read)
     places = rig_start(start, used)
     report("identifying")
     fit = Fit.of(start, used, places, effects=effects, arms=arms, loss=loss, threads=threads, report=report)

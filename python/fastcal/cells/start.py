@@ -42,16 +42,17 @@ _MANY = 0.2  # of the rows of a view: where more are gross, what carries it stan
 _FAR = 20.0  # plausible errors of a place in the file, in the median, beyond which no fit starts there
 
 
-def started(cell: Cell, readings: Readings) -> tuple[Cell, Readings, list[int]]:
+def started(cell: Cell, readings: Readings, *, as_read: bool = False) -> tuple[Cell, Readings, list[int]]:
     """The cell with its free targets and sensors where the readings put them, as far as they say.
 
-    With the readings that belong to it, and the rows of those that do not.
+    With the readings that belong to it, and the rows of those that do not. as_read: do not ask what else poses and
+    points of a sensor could be, which takes longer than their closed form.
     """
     cell = _aligned(cell, readings)
     loose = [of for of in cell.points if _is_free(of.known)]
     if not any(view.partition(":")[2] for view in readings.views):
         return cell, readings, []
-    cell, left, wrong = _closed_form(cell, readings, {of.name for of in loose})
+    cell, left, wrong = _closed_form(cell, readings, {of.name for of in loose}, as_read=as_read)
     readings = readings.without(wrong)
     for _ in range(_ROUNDS):
         for point in loose:
@@ -116,7 +117,9 @@ def _with_places(cell: Cell, places: Mapping[str, FloatArray]) -> Cell:
     return replace(cell, points=points)
 
 
-def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell, set[str], dict[str, list[int]]]:
+def _closed_form(
+    cell: Cell, readings: Readings, loose: set[str], *, as_read: bool
+) -> tuple[Cell, set[str], dict[str, list[int]]]:
     """The cell with sensors and targets that see each other, both free, where the closed form puts them.
 
     With what is left to be placed, and by view the rows whose readings are of something else.
@@ -135,7 +138,7 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
         if seen is None:
             at = _measured_points(readings, view)
             there = np.isfinite(at).all(axis=1)
-            if meant := meant_by_points(A[there], at[there]):
+            if not as_read and (meant := meant_by_points(A[there], at[there])):
                 raise InvalidInput(f"{readings.source}: points of {target} as {sensor} saw them: {meant}")
             if (by_points := point_hand_eye(A[there], at[there])) is not None:
                 X, b = by_points
@@ -146,7 +149,7 @@ def _closed_form(cell: Cell, readings: Readings, loose: set[str]) -> tuple[Cell,
         found = hand_eye(A[whole], seen[whole])
         if found is None:
             continue
-        if meant := meant_by_poses(A[whole], seen[whole]):
+        if not as_read and (meant := meant_by_poses(A[whole], seen[whole])):
             raise InvalidInput(f"{readings.source}: poses of {target} as {sensor} saw it: {meant}")
         off = np.flatnonzero(whole)[gross(A[whole], seen[whole], *found)].tolist()
         is_told = all(cell.arm(name).of_poses for name in arms_between(cell, view))  # by controllers, and not by files

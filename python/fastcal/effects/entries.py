@@ -10,9 +10,10 @@ the end of their name (`t0_c`, `at_s`, `low_rad`) and reach the core in SI witho
 from __future__ import annotations
 
 import difflib
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence, Set
 from functools import cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from fastcal import _core
 from fastcal.effects import registered
@@ -75,11 +76,25 @@ def effect_owners(name: str, core: _core.RobotModel) -> list[str]:
     known = registered.find(name)
     if known is not None:
         return known.owners_of(core)
-    owners = list(_core.effect_owners(_known(name), core))
+    found = _OWNERS.setdefault(core, {})
+    if name not in found:
+        found[name] = tuple(_owners_in_core(_known(name), core))
+    return list(found[name])
+
+
+# A search asks for the same owners in every step, and those beside branches or loops are dear to find.
+_OWNERS: WeakKeyDictionary[_core.RobotModel, dict[str, tuple[str, ...]]] = WeakKeyDictionary()
+
+
+def _owners_in_core(name: str, core: _core.RobotModel) -> list[str]:
+    owners = list(_core.effect_owners(name, core))
     if _is_of_drives(_core_traits(name)):
-        owners = [of for of in owners if not any(place_of(part).index in core.passive for part in of.split("<-"))]
-    is_chain = len(core.branches) <= 1 and not len(core.home)
-    return owners if is_chain else [owner for owner in owners if _acts_beside_others(name, core, owner)]
+        passive = core.passive
+        owners = [of for of in owners if not any(place_of(part).index in passive for part in of.split("<-"))]
+    if len(core.branches) <= 1 and not len(core.home):
+        return owners
+    carries = _frames_below_tool(core)
+    return [owner for owner in owners if _acts_beside_others(name, core, owner, carries)]
 
 
 def _is_of_drives(traits: Traits) -> bool:
@@ -87,7 +102,7 @@ def _is_of_drives(traits: Traits) -> bool:
     return traits.place == "joint" and traits.role == "cause" and traits.depends_on[:1] != ("load",)
 
 
-def _acts_beside_others(name: str, core: _core.RobotModel, owner: str) -> bool:
+def _acts_beside_others(name: str, core: _core.RobotModel, owner: str, carries: Set[str]) -> bool:
     """The core refuses effects of chains alone; what else it lacks, as an option, is not asked here.
 
     Of a joint or link that does not carry the tool only the weight counts.
@@ -95,7 +110,7 @@ def _acts_beside_others(name: str, core: _core.RobotModel, owner: str) -> bool:
     if _core_traits(name).without_masses:
         return False  # what hangs beyond a joint is told from a chain alone
     shows_by_weight = len(core.home) or _core_traits(name).role == "nuisance"
-    if not shows_by_weight and not all(_moves_tool(core, part) for part in owner.split("<-")):
+    if not shows_by_weight and not all(_moves_tool(carries, part) for part in owner.split("<-")):
         return False
     try:
         _core.make_effect(name, core, owner, {})
@@ -104,14 +119,19 @@ def _acts_beside_others(name: str, core: _core.RobotModel, owner: str) -> bool:
     return True
 
 
-def _moves_tool(core: _core.RobotModel, owner: str) -> bool:
-    """True of all that is no joint or link beside the tool's branch."""
-    if place_of(owner).kind not in ("joint", "link") or not place_of(owner).number:
-        return True
-    frame = core.frame_count - 1
-    while frame >= 0 and core.frame_name(frame) != owner:
-        frame = core.parents[frame]
-    return bool(frame >= 0)
+def _moves_tool(carries: Set[str], owner: str) -> bool:
+    """True of all that is no joint or link beside the tool's branch, whose frames are given."""
+    place = place_of(owner)
+    return place.kind not in ("joint", "link") or not place.number or owner in carries
+
+
+def _frames_below_tool(core: _core.RobotModel) -> Set[str]:
+    """Names of the tool's frame and of all that carry it."""
+    names, parents, frame = set(), core.parents, core.frame_count - 1
+    while frame >= 0:
+        names.add(core.frame_name(frame))
+        frame = parents[frame]
+    return names
 
 
 @cache
@@ -268,8 +288,7 @@ def build_effects(
             options["inputs"] = _by_index(str(options["inputs"]), columns)
         elif own:
             options["index"] = float(columns.index(own[0]))
-        effect_owners(entry["effect"], core)
-        effects.append(_core.make_effect(entry["effect"], core, entry["owner"], options))
+        effects.append(_core.make_effect(_known(entry["effect"]), core, entry["owner"], options))
         if key is not None and built is not None:
             built[key] = effects[-1]
     return effects

@@ -68,6 +68,8 @@ def test_which_end_stands_and_slipped_rows_are_named(tmp_path: Path, capsys: pyt
     assert main(["calibrate", *written(tmp_path, seen, eye="arm", ball="world")]) == 2
     told = "points of ball as eye saw them: does the sensor stand where the file has the target"
     assert told in capsys.readouterr().err
+    main(["calibrate", *written(tmp_path, seen, eye="arm", ball="world"), "--as-read"])
+    assert told not in capsys.readouterr().err
     assert main(["calibrate", *written(tmp_path, session(15)[2][1:])]) == 2
     assert "are the points shifted by" in capsys.readouterr().err
 

@@ -27,7 +27,7 @@ from fastcal import (
 )
 from fastcal.cli.app import main
 
-from .plain_cobot import SIGMA, directions, measured, points, postures, robot, shifted
+from .plain_cobot import SIGMA, directions, in_full, measured, points, postures, robot, shifted
 
 ROWS = 150
 
@@ -86,7 +86,7 @@ def arm() -> Robot:
     return load_robot("pmc6va030")
 
 
-@pytest.mark.parametrize(("seed", "joint"), [(2, 4), (3, 2), (5, 4)])
+@pytest.mark.parametrize(("seed", "joint"), [(2, 4), *in_full((3, 2), (5, 4))])
 def test_without_directions_of_approach_nothing_else_is_named_for_lost_motion(seed: int, joint: int) -> None:
     """D8: a harmonic or a ratio of the joint was; who comes from the last pose mostly comes from the other end."""
     q = postures(120, seed)
@@ -111,7 +111,7 @@ def test_without_the_payload_the_truth_is_among_the_names_and_none_is_sure(name:
     assert all(f.grade != "A" for f in found.effects)
 
 
-@pytest.mark.parametrize("seed", [9, 12])
+@pytest.mark.parametrize("seed", [9, *in_full(12)])
 def test_a_heavy_payload_that_nobody_wrote_down_does_not_refuse_the_truth(seed: int) -> None:
     """D8: a link that bends was given alone in 4 of 24 sets of a KR 500, since what the payload did was left by all."""
     nominal, random = load_robot("kuka_kr500_3"), np.random.default_rng(seed)

@@ -90,19 +90,19 @@ def test_curvatures_from_a_start_predict_as_well_as_those_that_are_searched_for(
     np.testing.assert_allclose(np.log10(begun), np.log10(searched), atol=0.51)
 
 
-def test_ripples_are_taken_into_the_curves_of_their_joints(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Waves of 4 degrees are lost between knots 4 degrees apart."""
+def test_ripples_are_taken_into_the_curves_of_their_joints() -> None:
+    """Waves of 4 degrees are lost between the knots that a curve has of itself."""
     data, test = measured(poses(1000, 2), 3), measured(poses(300, 4), 5)
     found = diagnose(arm(), data, test=test)
     left = found.gap[-1].test_rms_mm
     curves = [e for e in found.model.spec["effects"] if e["effect"] == "joint_profile"]
     assert {f"joint{k + 1}" for k in RIPPLED} <= {e["owner"] for e in curves if "knots" in e}
     assert found.effects == () or all(f.grade == "C" for f in found.effects)
-    monkeypatch.setattr(rules, "FINEST_ORDER", 1.0)
-    coarse = diagnose(arm(), data, test=test).gap[-1].test_rms_mm
+    coarse = calibrate(arm(), data, test=test, effects="geometry,joint_profile").test
     assert left is not None
     assert coarse is not None
-    assert left < 0.75 * coarse
+    assert coarse.after is not None
+    assert left < 0.75e3 * coarse.after.rms
     assert found.sigma_mm == pytest.approx(SIGMA * 1e3, rel=0.25)  # what coarser curves leave was taken for noise
 
 

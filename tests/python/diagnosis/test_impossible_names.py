@@ -20,7 +20,7 @@ def test_a_negative_compliance_is_no_cause(shared_data: Path) -> None:
     """A cable pulls the arm up: joints that give the wrong way describe it, which is no proof of compliance."""
     folder = shared_data / "hidden_effects" / "31_unknown_cable"
     robot = load_robot(folder / "robot.yaml")
-    found = diagnose(robot, load_measurements(folder / "measurements.csv", robot))
+    found = diagnose(robot, load_measurements(folder / "measurements.csv", robot)[::2])  # half of the rows show it
     grades = {
         (f.effect, f.owner): f.grade
         for f in found.effects

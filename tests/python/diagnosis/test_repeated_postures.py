@@ -12,7 +12,7 @@ from fastcal.measurements.dataset import Dataset
 
 from .rules.small_arm import SIGMA, arm
 
-POSTURES, LOADS = 40, 6
+POSTURES, LOADS = 24, 6
 YIELDING = {"effect": "joint_compliance", "owner": "joint2", "parameters": {"compliance_rad_nm": 8e-6}}
 
 

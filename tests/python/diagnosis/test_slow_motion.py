@@ -20,6 +20,8 @@ from fastcal.diagnosis.slow_motion import SlowMotion, _Blocks
 from fastcal.measurements.dataset import Dataset
 from fastcal.report.diagnosis_steps import next_steps
 
+from .plain_cobot import in_full
+
 FloatArray = NDArray[np.float64]
 
 SIGMA = 5e-5  # [m]
@@ -60,7 +62,7 @@ def off(model: Robot, seed: int) -> float:
     return float(np.sqrt(np.mean(np.sum((model.poses(data)[:, :3, 3] - data.position) ** 2, axis=1))))
 
 
-@pytest.mark.parametrize(("size", "seed"), [(3.0, 1), (6.0, 2), (15.0, 3)])
+@pytest.mark.parametrize(("size", "seed"), [(3.0, 1), *in_full((6.0, 2)), (15.0, 3)])
 def test_a_base_that_was_knocked_and_put_back_is_told_and_bends_no_model(size: float, seed: int) -> None:
     data = moved(knocked(size), seed)
     found = diagnose(arm(), data)

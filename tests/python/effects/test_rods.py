@@ -149,6 +149,16 @@ def test_only_rods_and_real_pins_have_them() -> None:
         _core.make_effect("rod_compliance", delta, "rod1a", {"side": 1.0})
 
 
+def test_owners_are_asked_of_a_robot_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    delta, other = load_robot("delta").core, load_robot("ur5").core
+    first = effect_owners("rod_slack", delta)
+    first.append("what a caller adds")
+    monkeypatch.setattr(_core, "effect_owners", None)
+    assert effect_owners("rod_slack", delta) == first[:-1]
+    with pytest.raises(TypeError):
+        effect_owners("rod_slack", other)
+
+
 def test_zero_is_the_nominal_robot() -> None:
     robot = load_robot("palletizer")
     rows = postures(robot, 5, 6, 50.0)

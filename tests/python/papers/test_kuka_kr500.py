@@ -11,8 +11,8 @@ import fastcal
 from fastcal_studies import kuka_kr500, run_study
 
 
-@pytest.fixture(scope="module")
-def content() -> dict[str, Any]:
+@pytest.fixture
+def content(known_kr500: None) -> dict[str, Any]:
     return run_study("kuka_kr500", arms=1)
 
 

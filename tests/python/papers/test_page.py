@@ -119,6 +119,7 @@ def test_a_study_is_found_by_its_name_or_refused() -> None:
         run_study(NAMES[0], arms=0)
 
 
+@pytest.mark.usefixtures("known_kr500")
 def test_the_command_writes_json_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["paper", "kuka_kr500", "--arms", "1", "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
@@ -140,7 +141,7 @@ def test_two_processes_find_what_one_finds() -> None:
 
 
 def test_every_figure_is_drawn(browser: Any) -> None:
-    document, console = browser.run(paper_page(made_up()), "--dump-dom", *browser.no_gl)
+    document, console = browser.run(paper_page(made_up()))
     assert console == []
     assert re.findall(r'data-state="(\w+)"', document.split("<main")[1]) == ["drawn"]
 

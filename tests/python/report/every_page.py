@@ -12,6 +12,7 @@ from __future__ import annotations
 import io
 import shutil
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -80,12 +81,14 @@ def on_paper(shown: Any) -> dict[str, Any]:
     return dict(shown.evaluate(LOOK))
 
 
-def faults(page: Path, browser: Any, picture: Path | None = None) -> list[str]:
+def faults(
+    page: Path, browser: Any, picture: Path | None = None, screens: Sequence[tuple[int, str]] = SCREENS
+) -> list[str]:
     """What is wrong with a page on some screen, in words; with `picture` also PICTURE.SCREEN.png and PICTURE.pdf."""
     size = page.stat().st_size
     found = [f"{size} bytes"] if size > SIZE else []
     axe = axe_core()
-    for width, scheme in SCREENS:
+    for width, scheme in screens:
         context = browser.new_context(viewport={"width": width, "height": PIECE}, color_scheme=scheme)
         shown = context.new_page()
         said: list[str] = []

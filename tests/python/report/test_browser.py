@@ -45,7 +45,7 @@ def drawn_figures(document: str) -> dict[str, str]:
 def test_every_figure_is_drawn_and_the_console_is_quiet(
     browser: Any, make_result: MakeResult, kind: dict[str, Any]
 ) -> None:
-    document, console = browser.run(calibration_page(make_result(**kind), simulated=True), "--dump-dom", *browser.no_gl)
+    document, console = browser.run(calibration_page(make_result(**kind), simulated=True))
     assert console == []
     assert re.search(r"<dd>[\d.]+&nbsp;mm</dd>", document)  # a number and its unit stay on one line
     figures = drawn_figures(document)
@@ -59,7 +59,7 @@ def test_every_figure_is_drawn_and_the_console_is_quiet(
 
 
 def test_an_error_in_the_console_would_be_seen(browser: Any) -> None:
-    _, console = browser.run("<!DOCTYPE html><script>throw new Error('planted')</script>", "--dump-dom", *browser.no_gl)
+    _, console = browser.run("<!DOCTYPE html><script>throw new Error('planted')</script>")
     assert len(console) == 1
     assert "planted" in console[0]
 
@@ -113,7 +113,9 @@ def test_the_arm_turns_by_mouse_and_keys_without_a_graphics_card(browser: Any, p
 
 
 def test_a_point_says_its_error_and_a_click_chooses_its_row(browser: Any, page: str) -> None:
-    script = PAINTED + """
+    script = (
+        PAINTED
+        + """
       const plot = document.querySelector("#figure-workspace .plot");
       const { scene } = plot;
       await painted(scene);
@@ -131,26 +133,11 @@ def test_a_point_says_its_error_and_a_click_chooses_its_row(browser: Any, page: 
       await painted(scene);
       const [dots, measured] = [scene.data[1], scene.data.at(-1)];
       return [told, dots.customdata[k], ["x", "y", "z"].map((axis) => [measured[axis][0], dots[axis][k]])];"""
+    )
     told, error, points = browser.probe(page, script)
     assert told == f"error {error:.3f} mm"
     for shown, clicked in points:
         assert shown == pytest.approx(clicked)
-
-
-def test_the_arm_is_on_paper_in_the_colours_of_paper(chromium: Any, page: str, tmp_path: Path) -> None:
-    (tmp_path / "page.html").write_text(page, encoding="utf-8")
-    shown = chromium.new_page(color_scheme="dark")
-    shown.goto((tmp_path / "page.html").as_uri())
-    shown.locator('body[data-state="ready"]').wait_for(timeout=120_000)
-    corner = """() => { const canvas = document.querySelector("#figure-workspace canvas");
-        return [...canvas.getContext("2d").getImageData(2, canvas.height - 2, 1, 1).data].slice(0, 3).join(); }"""
-    assert shown.evaluate(corner) == "18,24,30"  # DARK["#fff"]
-    shown.evaluate("dispatchEvent(new Event('beforeprint'))")
-    shown.wait_for_function(f"({corner})() === '255,255,255'")
-    assert shown.evaluate("document.querySelector('#figure-workspace canvas').width") == 3 * PAPER_SCENE
-    shown.evaluate("dispatchEvent(new Event('afterprint'))")
-    shown.wait_for_function(f"({corner})() === '18,24,30'")
-    shown.close()
 
 
 def test_the_buttons_switch_the_arrows(browser: Any, page: str) -> None:
@@ -172,7 +159,9 @@ def test_the_buttons_switch_the_arrows(browser: Any, page: str) -> None:
 
 
 def test_the_slider_and_an_outlying_row_move_the_arm(browser: Any, page: str) -> None:
-    script = PAINTED + """
+    script = (
+        PAINTED
+        + """
       const figure = document.getElementById("figure-workspace");
       const plot = figure.querySelector(".plot").scene;
       const [slider, said] = [figure.querySelector(".posture input"), figure.querySelector(".posture output")];
@@ -192,6 +181,7 @@ def test_the_slider_and_an_outlying_row_move_the_arm(browser: Any, page: str) ->
       row.click();
       await painted(plot); seen.push(look());
       return [row.cells[0].dataset.sort, ...seen];"""
+    )
     row, plain, slid, clicked = browser.probe(page, script)
     assert slid["said"] == f"Training, row {plain}"
     assert slid["chosen"] == []
@@ -295,10 +285,8 @@ def test_figures_are_drawn_to_the_width_of_the_paper_and_back(browser: Any, page
 
 
 def test_prints_on_a4(browser: Any, page: str) -> None:
-    target = browser.folder / "page.pdf"
-    _, console = browser.run(page, "--no-pdf-header-footer", f"--print-to-pdf={target}", *browser.no_gl)
+    pdf, console = browser.printed(page)
     assert console == []
-    pdf = target.read_bytes()
     sizes = {tuple(round(float(x)) for x in box.split()) for box in re.findall(rb"/MediaBox \[([^]]*)\]", pdf)}
     assert sizes == {(0, 0, 595, 842)}
     assert len(re.findall(rb"/Type /Page\b", pdf)) == 4
@@ -338,7 +326,7 @@ def test_everybody_can_use_it_in_light_and_dark(fit_for_all: Callable[[str], Non
 
 
 def test_a_dark_screen_has_dark_drawings_and_paper_none(chromium: Any, page: str, tmp_path: Path) -> None:
-    """Every drawing takes the colours of the screen, and those of paper while it is printed."""
+    """Every drawing, the arm's pixels too, takes the colours of the screen, and those of paper while it is printed."""
     (tmp_path / "page.html").write_text(page, encoding="utf-8")
     shown = chromium.new_page(color_scheme="dark")
     shown.goto((tmp_path / "page.html").as_uri())
@@ -346,11 +334,17 @@ def test_a_dark_screen_has_dark_drawings_and_paper_none(chromium: Any, page: str
     look = """() => [...new Set([...document.querySelectorAll(".plot[data-state=drawn]")].map((plot) =>
         plot.scene ? [plot.scene.style.ground, plot.scene.style.ink].join()
           : [plot._fullLayout.paper_bgcolor, plot._fullLayout.font.color].join()))]"""
+    corner = """() => { const canvas = document.querySelector("#figure-workspace canvas");
+        return [...canvas.getContext("2d").getImageData(2, canvas.height - 2, 1, 1).data].slice(0, 3).join(); }"""
     assert shown.evaluate(look) == [f"{DARK['#fff']},{DARK[INK]}"]
+    assert shown.evaluate(corner) == "18,24,30"  # DARK["#fff"]
     shown.evaluate("dispatchEvent(new Event('beforeprint'))")
     shown.wait_for_function(f"({look})().join() === '#fff,{INK}'")
+    shown.wait_for_function(f"({corner})() === '255,255,255'")
+    assert shown.evaluate("document.querySelector('#figure-workspace canvas').width") == 3 * PAPER_SCENE
     shown.evaluate("dispatchEvent(new Event('afterprint'))")
     shown.wait_for_function(f"({look})().join() === '{DARK['#fff']},{DARK[INK]}'")
+    shown.wait_for_function(f"({corner})() === '18,24,30'")
     shown.close()
 
 
@@ -361,6 +355,7 @@ def test_the_contents_lead_to_every_section(page: str) -> None:
 
 def test_the_page_may_connect_to_nothing(browser: Any, page: str) -> None:
     script = """
+      addEventListener("securitypolicyviolation", (event) => { window.blocked = event.effectiveDirective; });
       try { await fetch("http://127.0.0.1:9/"); } catch (error) { /* blocked, as it should be */ }
       await new Promise((done) => setTimeout(done, 50));
       return window.blocked ?? null;"""

@@ -149,7 +149,7 @@ def test_every_drawing_has_a_text_in_its_place(pages) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_pages_are_drawn_and_the_console_is_quiet(browser, pages, name) -> None:
-    document, console = browser.run(pages[name, "en"], "--dump-dom", *browser.no_gl)
+    document, console = browser.run(pages[name, "en"])
     assert console == []
     assert document.count('data-state="drawn"') == pages[name, "en"].count('<div class="plot"') > 0
 
@@ -195,7 +195,7 @@ def test_a_fleet_of_a_hundred_arms_is_a_matrix_whose_lines_lead_to_the_arms(brow
       const before = last.open;
       plot.emit("plotly_click", { points: [{ y: 20 }] });
       return [height, before, last.open, [...document.querySelectorAll("section[id^=arm-] > details")].length];"""
-    height, before, after, folded = browser.probe(history_page(found), script, *browser.no_gl)
+    height, before, after, folded = browser.probe(history_page(found), script)
     assert height < 3 * 1230
     assert (before, after) == (False, True)
     assert folded == 22  # of 24 with charts two ask for attention
