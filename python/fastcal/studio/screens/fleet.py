@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from statistics import median
 from typing import Any
 
@@ -161,7 +162,8 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
                 if verdict is not None:
                     ui.label(_(verdict[0])).classes("p-1 text-sm").tooltip(row.get("causes", ""))
                 else:
-                    message = retold(row.get("message", ""))
+                    inside = f"{studio.project.folder}{os.sep}"  # a long path would hide what is wrong
+                    message = retold(row.get("message", "").replace(inside, ""))
                     ui.label(message).classes("p-1 text-sm truncate said").tooltip(message)
         page = studio.project.path(f"{OUT}/report.html")
         if page.exists():
