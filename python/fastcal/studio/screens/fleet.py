@@ -21,7 +21,7 @@ from fastcal.said import said
 from fastcal.studio.files import address
 from fastcal.studio.project import MEASUREMENTS
 from fastcal.studio.screens.checks import build_checks
-from fastcal.studio.shell import card, command_line, job_bar, told
+from fastcal.studio.shell import card, command_line, drop_here, job_bar, told
 from fastcal.studio.state import Studio
 
 OUT = "fleet"
@@ -71,6 +71,7 @@ def build(studio: Studio) -> None:
                 "flat bordered"
             )
             upload.classes("w-72")
+            drop_here(upload)
             there = lists()
             source = ui.select(there, value=there[0] if there else None, label=_("List")).classes("w-64")
             diagnosed = ui.switch(_("Diagnose each"))
