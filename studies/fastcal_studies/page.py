@@ -11,7 +11,7 @@ from typing import Any
 
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key, Trace
-from fastcal.report.formatting import MISSING, is_known, plural, significant
+from fastcal.report.formatting import MISSING, is_known, plural, powered, significant
 from fastcal.report.language import _, decimal_sign, in_language, messages_of, retold
 from fastcal.report.tables import Cell, Column, Group, Table, number_cell
 
@@ -205,7 +205,7 @@ def _number(value: float) -> str:
     if float(value).is_integer() and abs(value) < 1e6:
         return f"{value:.0f}".replace("-", _MINUS)
     size = abs(math.log10(abs(value)))
-    return f"{value:.3g}".replace("-", _MINUS).replace(".", decimal_sign()) if size >= 4 else significant(value)
+    return powered(value) if size >= 4 else significant(value)
 
 
 def _chart(exhibit: Mapping[str, Any], place: str) -> Figure:
