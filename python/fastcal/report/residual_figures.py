@@ -53,7 +53,7 @@ def trend_pairs(states: dict[str, tuple[Rows, dict[str, Trend]]]) -> list[list[f
     order = sorted(
         first.variables, key=lambda variable: -max(_strength(trends, variable) for _, trends in states.values())
     )
-    pairs = []
+    pairs: list[list[figures.Figure]] = []
     for variable in order:
         pair = []
         for name, (rows, trends) in states.items():
