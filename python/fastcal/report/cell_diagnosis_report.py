@@ -239,7 +239,10 @@ def _cause_table(found: CellDiagnosis) -> Table:
 
 def _numbering(each: WayDiagnosis) -> str:
     """What a way's own page calls its joints."""
-    listed = ", ".join(f"{k} = {places_in_words(joint)}" for k, joint in enumerate(each.joints, start=1))
+    listed = ", ".join(
+        f"{k}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{places_in_words(joint)}"
+        for k, joint in enumerate(each.joints, start=1)
+    )
     return _("{target}: joints on its own page are {joints}", target=each.way.name, joints=listed)
 
 

@@ -67,7 +67,7 @@ def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure |
     drawn["annotations"] = [
         {
             "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>{between}{reason}", "showarrow": False,
-            "xanchor": "left", "yanchor": "bottom", "font": {"color": figures.INK},
+            "align": "left", "xanchor": "left", "yanchor": "bottom", "font": {"color": figures.INK},
         }
         for k, (name, reason) in enumerate(zip(names, reasons, strict=True))
     ]  # fmt: skip
