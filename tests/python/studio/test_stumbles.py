@@ -116,7 +116,7 @@ def test_why_an_arm_of_a_fleet_has_no_model_is_said(look: Any, studio: Any) -> N
     look.go("/fleet")
     look.page.get_by_text("2 arms, 1 without a model").wait_for()
     cell = look.get("matrix").locator("> *")
-    assert cell.nth(7).inner_text() == "verdict"
+    assert cell.nth(7).inner_text() == "note"
     first = [cell.nth(8 + k).inner_text() for k in range(8)]
     assert first[:2] == ["lost", "refused"]
     assert first[2:5] == ["–"] * 3

@@ -144,7 +144,7 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
             .classes("w-full gap-0 studio-matrix")
             .props('data-test="matrix"')
         ):
-            last = _("verdict") if any(row.get("verdict") or row.get("message") for row in rows) else ""
+            last = _("verdict") if any(row.get("verdict") for row in rows) else _("note")
             for title in (_("arm"), _("status"), *map(_, _COLUMNS.values()), last):
                 ui.label(title).classes("text-sm text-gray-600 dark:text-gray-300 p-1")
             for row in sorted(rows, key=heat, reverse=True):
