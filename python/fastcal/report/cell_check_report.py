@@ -129,14 +129,18 @@ def _way_table(found: CellCheck) -> Table:
 
 
 def _cause_table(found: CellCheck) -> Table:
-    columns = [Column(title, numeric=False) for title in (_("Target"), _("Cause"), _("Change"), _("As well"))]
+    has_others = any(cause.equivalents for each in found.ways for cause in each.found.causes)
+    titles = (_("Target"), _("Cause"), _("Change"), *([_("As well")] if has_others else []))
+    columns = [Column(title, numeric=False) for title in titles]
     rows = []
     for each in found.ways:
         for cause in each.found.causes:
             sizes = printed("; ".join(f"{of.name} {of.change:+.4g} +- {of.std:.2g}" for of in cause.changes))
-            label, *others = (each.way.words(spoken(of, translated)) for of in (cause.label, *cause.equivalents))
+            causes = (each.way.words(spoken(of, translated)) for of in (cause.label, *cause.equivalents))
+            label, *others = map(places_in_words, causes)
             label = each.way.name if cause.label == "tool" else label
-            rows.append([Cell(each.way.name), Cell(label), Cell(sizes), Cell(", ".join(others))])
+            as_well = [Cell(", ".join(others))] if has_others else []
+            rows.append([Cell(each.way.name), Cell(label), Cell(sizes), *as_well])
     return Table(_("Causes that explain the new readings"), columns, [Group(rows)])
 
 
