@@ -11,9 +11,9 @@ from typing import Any
 
 from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key, Trace
-from fastcal.report.formatting import MISSING, is_known, plural, significant
+from fastcal.report.formatting import MISSING, is_known, plural, powered, significant
 from fastcal.report.language import _, decimal_sign, in_language, messages_of, retold
-from fastcal.report.tables import Cell, Column, Group, Table, number_cell
+from fastcal.report.tables import Cell, Column, Group, Table, in_words, number_cell
 
 _COLOURS = (*figures.COMPONENT_COLOURS, figures.MUTED, figures.ALERT)
 _DASHES = ("solid", "dash", "dot", "dashdot", "solid", "dash")
@@ -27,6 +27,7 @@ _ROLES = {
 _BAR_OPACITY = 0.75
 _MINUS = "\N{MINUS SIGN}"
 _WRITTEN_NUMBER = re.compile(r"NUM( \(NUM \w+ NUM\))?".replace("NUM", rf"[-{_MINUS}]?[\d.,]+"))
+_PARAMETERS = re.compile(r"(joint|link)\d+ |(base|tool) \w\b")  # or a list of them
 _KEPT = {"robot", "reference", "number", "kind", "role", "mark"}  # keys of paper.json that no language changes
 _UNIT = " (mm)"
 _NO_BREAK = "\N{NO-BREAK SPACE}"  # a range and a unit stay on one line; before it a narrow column breaks
@@ -190,6 +191,7 @@ def _cell(value: Any) -> Cell:
     if value is None:
         return Cell(MISSING)
     if isinstance(value, str):
+        value = in_words(value) if _PARAMETERS.match(value) else value
         return Cell(re.sub(r"(?<![\w.)])-(?=\d)", _MINUS, value).replace("N m", f"N{_NO_BREAK}m"))
     if isinstance(value, Mapping):
         if not is_known(value["median"]):
@@ -205,7 +207,7 @@ def _number(value: float) -> str:
     if float(value).is_integer() and abs(value) < 1e6:
         return f"{value:.0f}".replace("-", _MINUS)
     size = abs(math.log10(abs(value)))
-    return f"{value:.3g}".replace("-", _MINUS).replace(".", decimal_sign()) if size >= 4 else significant(value)
+    return powered(value) if size >= 4 else significant(value)
 
 
 def _chart(exhibit: Mapping[str, Any], place: str) -> Figure:

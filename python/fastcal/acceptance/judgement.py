@@ -90,9 +90,7 @@ class Judged:
         }
 
 
-def parsed_limits(
-    given: Mapping[str, float], known: Mapping[str, tuple[str, ...]] = LIMITS
-) -> dict[str, float]:
+def parsed_limits(given: Mapping[str, float], known: Mapping[str, tuple[str, ...]] = LIMITS) -> dict[str, float]:
     """Limits by symbol in SI; `known` are the names there are.
 
     Raises:

@@ -210,11 +210,7 @@ def _looked_at(view: View, arm: Arm, others: Mapping[str, Spec], rows: IntArray,
     glances: dict[str, list[tuple[float, _Reading]]] = {}
     for reading in _readings(view, arm, others, rows, S):
         glances.setdefault(reading.of, []).append((_glance(reading.A, reading.S), reading))
-    return [
-        reading
-        for own in glances.values()
-        for _, reading in sorted(own, key=lambda of: of[0])[:_LOOKED]
-    ]
+    return [reading for own in glances.values() for _, reading in sorted(own, key=lambda of: of[0])[:_LOOKED]]
 
 
 def mirrored(view: View) -> bool:
@@ -294,9 +290,7 @@ def _with_lens(camera: Spec, focal: FloatArray, centre: FloatArray) -> Spec:
     return {**camera, "focal_px": focal.tolist(), "centre_px": centre.tolist()}
 
 
-def _readings(
-    view: View, arm: Arm, others: Mapping[str, Spec], rows: IntArray, S: FloatArray
-) -> Iterator[_Reading]:
+def _readings(view: View, arm: Arm, others: Mapping[str, Spec], rows: IntArray, S: FloatArray) -> Iterator[_Reading]:
     """All that are tried; S are the poses (M, 4, 4) in the rows as the file has board and lens."""
     camera, board, uv = view.camera, view.board, view.uv
     A = arm.between(camera, board)

@@ -24,9 +24,7 @@ _PICTURES = 3  # that are looked at
 _SIDE = 1280  # pixels of the larger side in which they are
 
 
-def other_size(
-    pictures: Sequence[Path], boards: Mapping[str, Mapping[str, Any]], *, larger: bool = False
-) -> str:
+def other_size(pictures: Sequence[Path], boards: Mapping[str, Mapping[str, Any]], *, larger: bool = False) -> str:
     """What the pictures show in place of the boards, a sentence; empty where that is not found.
 
     Args:

@@ -171,9 +171,7 @@ def calibrate_cell(
     readings = replace(readings, notes=(*readings.notes, *of_lenses))
     readings = judged_readings(cell, readings, mend=mend)
     given = cell
-    cell, against = without_what_is_contradicted(
-        cell, readings, effects=effects, arms=arms, loss=loss, threads=threads
-    )
+    cell, against = without_what_is_contradicted(cell, readings, effects=effects, arms=arms, loss=loss, threads=threads)
     readings = replace(readings, notes=(*readings.notes, *against))
     start, used, wrong = started(cell, readings, as_read=as_read)
     places = rig_start(start, used)
@@ -195,9 +193,7 @@ def calibrate_cell(
     lengths = _touched_lengths(given, solution, measured)
     readings = replace(readings, notes=(*readings.notes, *length_notes([of.entry for of in given.touched], lengths)))
     views = view_errors(model, readings)
-    readings = replace(
-        readings, notes=(*readings.notes, *check_cell_fit(given, readings, views, as_read=as_read))
-    )
+    readings = replace(readings, notes=(*readings.notes, *check_cell_fit(given, readings, views, as_read=as_read)))
     test = None if test is None else judged_readings(model, test, known=True, mend=mend)
     unknowns = measured.parameters
     before = start.with_rig(unknowns, places.of(unknowns), np.full(len(unknowns), np.nan))

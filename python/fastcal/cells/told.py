@@ -204,9 +204,7 @@ def _distances(cell: Cell, at: Cell, readings: Readings, theta: FloatArray, thre
         yield Told(known, A, np.array([-each * r.mean()]), np.array([sigma]))
 
 
-def _places(
-    cell: Cell, theta: FloatArray, asked: Sequence[int], measured: _core.Measurements
-) -> Iterator[Told]:
+def _places(cell: Cell, theta: FloatArray, asked: Sequence[int], measured: _core.Measurements) -> Iterator[Told]:
     """The places that the file knows within a sigma."""
     start, count = np.asarray(cell.model.start), len(cell.model.start)
     kinds = {**{of.name: "arm" for of in cell.arms}, **{of.name: of.role for of in cell.points}}

@@ -34,9 +34,7 @@ def predict_cell(model: str, data: Path, output: Path, threads: int) -> None:
     for view, of in found.items():
         known = bool(np.isfinite(of.sigma_position).all())
         sizes[view] = from_si(float(of.sigma_position.max()), "mm") if known else None
-        said = (
-            f"standard deviation of a coordinate at most {sizes[view]:.3g} mm" if known else "deviation not known"
-        )
+        said = f"standard deviation of a coordinate at most {sizes[view]:.3g} mm" if known else "deviation not known"
         say(f"{view}: {said}")
     content = {"cell": cell.name, "postures": len(postures), "largest_sigma_mm": sizes, "notes": list(postures.notes)}
     emit({"file": str(output), **content})

@@ -250,8 +250,11 @@ def update_cell(
         show("writing the report")
         write_cell_calibration(found, output, language=language)
     warn(readings.notes)
-    moved = ", ".join(found.moved or []) or "nothing"
-    say(f"{found.status.replace('_', ' ')}: {len(readings)} postures; {moved} moved")
+    status, moved = found.status.replace("_", " "), ", ".join(found.moved or [])
+    if moved:
+        say(f"{status}: {len(readings)} postures; {moved} moved")
+    else:
+        say(f"{status}: {len(readings)} postures; nothing moved")
     if found.outliers:
         say(f"rows left out: {', '.join(map(str, found.outliers))}")
     _say_kinds(found.train, "")
@@ -306,11 +309,15 @@ def _say_kinds(kinds: Mapping[str, KindErrors], title: str) -> None:
         if after is None:
             continue
         unit = of.kind.unit
-        then = "" if before is None else f" (before {of.kind.shown(before.rms):.4g})"
-        say(
-            f"{title}{of.kind.plural}: RMS {of.kind.shown(after.rms):.4g} {unit}{then}, "
-            f"at most {of.kind.shown(after.max):.4g} {unit}, {after.count} readings"
-        )
+        now, most = (f"{of.kind.shown(size):.4g}" for size in (after.rms, after.max))
+        if before is None:
+            say(f"{title}{of.kind.plural}: RMS {now} {unit}, at most {most} {unit}, {after.count} readings")
+        else:
+            was = f"{of.kind.shown(before.rms):.4g}"
+            say(
+                f"{title}{of.kind.plural}: RMS {now} {unit} (before {was}), at most {most} {unit}, "
+                f"{after.count} readings"
+            )
 
 
 def _one(data: list[Path]) -> Path:

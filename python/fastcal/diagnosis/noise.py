@@ -73,9 +73,7 @@ class NoiseLevel:
             return self
         by = noise.factor / self.noise.factor
         note = said("estimated after fitting joint curves; without them: {note}", note=self.note)
-        return replace(
-            self, noise=noise, sigma=self.sigma * by, source="residual", note=note, joints=self.joints * by
-        )
+        return replace(self, noise=noise, sigma=self.sigma * by, source="residual", note=note, joints=self.joints * by)
 
 
 def with_estimated_noise(problem: Problem, at: Fit, option: float | None) -> tuple[Problem, NoiseLevel]:

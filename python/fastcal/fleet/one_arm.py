@@ -74,9 +74,7 @@ def _page_in(language: str) -> dict[str, str]:
     return {} if language == "en" else {"language": language}
 
 
-def diagnose_arm(
-    arm: Arm, options: Mapping[str, Any], *, folder: str | None = None, language: str = "en"
-) -> ArmResult:
+def diagnose_arm(arm: Arm, options: Mapping[str, Any], *, folder: str | None = None, language: str = "en") -> ArmResult:
     """Diagnoses an arm; with a folder, writes its files there, or takes what they hold where nothing has changed.
 
     Args:

@@ -169,9 +169,7 @@ def _touching(table: Table, title: str, cell: Cell) -> str:
     raise table.error(f"column '{title:.60}': {where}; expected {columns:.200}")
 
 
-def _check_measured(
-    table: Table, cell: Cell, tables: Mapping[str, FloatArray], labels: Mapping[str, Labels]
-) -> None:
+def _check_measured(table: Table, cell: Cell, tables: Mapping[str, FloatArray], labels: Mapping[str, Labels]) -> None:
     """Holds each posture a reading?"""
     measured = [np.isnan(values).any(axis=1) for name, values in tables.items() if not name.startswith("sigma")]
     measured += [of.codes < 0 for name, of in labels.items() if name.partition("@")[0] in _touches()]

@@ -23,11 +23,21 @@ from fastcal.report import figures, page
 from fastcal.report.arm import checked_arm, joined_arms
 from fastcal.report.cell_report import cell_page, scene_sections
 from fastcal.report.cell_scene import ARMS, cell_scene, pictures_scene
-from fastcal.report.check_report import check_reasons, check_sentence
+from fastcal.report.check_report import check_act, check_reasons, check_sentence
 from fastcal.report.formatting import fixed, plural, significant
 from fastcal.report.language import _, in_language, retold
 from fastcal.report.sections import TONES, Section, p_text, printed, state_word, translated
-from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
+from fastcal.report.tables import (
+    Cell,
+    Column,
+    Group,
+    Table,
+    capitalised,
+    in_words,
+    number_cell,
+    places_in_words,
+    unit_text,
+)
 from fastcal.report.words import Remark, Verdict
 from fastcal.report.workspace import scene
 from fastcal.robot.robot import Robot
@@ -49,17 +59,17 @@ def check_page(found: CellCheck, language: str = "en") -> str:
 
 def _check_page(found: CellCheck) -> str:
     state = "changed" if found.within_tolerance is False else found.verdict
-    notes = [
-        f"{each.way.name}: {each.way.words(reason)}" for each in found.ways for reason in check_reasons(each.found)
-    ]
+    notes = [_of_way(each, reason) for each in found.ways for reason in check_reasons(each.found)]
     sections = [
         *scene_sections(_scene(found)),
         Section("ways", _("Readings taken"), tables=[_way_table(found)], notes=notes),
     ]
     if any(each.found.causes for each in found.ways):
         sections.append(Section("causes", _("What explains it"), tables=[_cause_table(found)]))
-    told = {each.way.name: f"{each.way.name}: {each.way.words(check_sentence(each.found))}" for each in found.ways}
-    remarks = [Remark(told[each.way.name], False, "ways") for each in found.ways if each.state == "holds"]
+    told = {each.way.name: _of_way(each, check_sentence(each.found)) for each in found.ways}
+    acts = [(each, act) for each in found.ways if each.state != "holds" and (act := check_act(each.found))]
+    remarks = [Remark(_of_way(each, act), True, "ways") for each, act in acts]
+    remarks += [Remark(told[each.way.name], False, "ways") for each in found.ways if each.state == "holds"]
     other = [told[each.way.name] for each in found.ways if each.state != "holds"]
     headline = " ".join(other) or _(
         "The cell's model still holds: the readings of each target agree with it to within the noise."
@@ -73,6 +83,11 @@ def _check_page(found: CellCheck) -> str:
         tiles,
         sections,
     )
+
+
+def _of_way(each: WayCheck, text: str) -> str:
+    """What is said of a way's own arm, with the cell's names."""
+    return f"{each.way.name}: {places_in_words(each.way.words(text))}"
 
 
 def _scene(found: CellCheck) -> figures.Figure | None:
@@ -114,14 +129,18 @@ def _way_table(found: CellCheck) -> Table:
 
 
 def _cause_table(found: CellCheck) -> Table:
-    columns = [Column(title, numeric=False) for title in (_("Target"), _("Cause"), _("Change"), _("As well"))]
+    has_others = any(cause.equivalents for each in found.ways for cause in each.found.causes)
+    titles = (_("Target"), _("Cause"), _("Change"), *([_("As well")] if has_others else []))
+    columns = [Column(title, numeric=False) for title in titles]
     rows = []
     for each in found.ways:
         for cause in each.found.causes:
             sizes = printed("; ".join(f"{of.name} {of.change:+.4g} +- {of.std:.2g}" for of in cause.changes))
-            label, *others = (each.way.words(spoken(of, translated)) for of in (cause.label, *cause.equivalents))
+            causes = (each.way.words(spoken(of, translated)) for of in (cause.label, *cause.equivalents))
+            label, *others = map(places_in_words, causes)
             label = each.way.name if cause.label == "tool" else label
-            rows.append([Cell(each.way.name), Cell(label), Cell(sizes), Cell(", ".join(others))])
+            as_well = [Cell(", ".join(others))] if has_others else []
+            rows.append([Cell(each.way.name), Cell(label), Cell(sizes), *as_well])
     return Table(_("Causes that explain the new readings"), columns, [Group(rows)])
 
 
@@ -208,6 +227,12 @@ def picture_check_page(found: PictureCheck, part: Evaluation, model: Robot, lang
     with in_language(language):
         rms = float(np.sqrt(np.mean(np.square(list(found.rms_px.values())))))
         verdict = Verdict(TONES[found.verdict], capitalised(state_word(found.verdict)), _picture_headline(found), [])
+        if len(found.moved) == 1:
+            act = _(
+                "Next: check {what}, then adopt the change with `fastcal update`, or calibrate again.",
+                what=_owner(found.moved[0].owner),
+            )
+            verdict.remarks.append(Remark(act, True, "causes"))
         tiles = [
             (_("RMS error"), f"{significant(rms)} px", _("expected {size} px", size=significant(found.expected_px))),
             (_("Chance"), p_text(found.p_value), _("of errors this large if nothing moved")),

@@ -30,7 +30,7 @@ from fastcal.report.formatting import significant
 from fastcal.report.kind_words import kind_title
 from fastcal.report.language import _, in_language, retold
 from fastcal.report.sections import Section
-from fastcal.report.tables import Cell, Column, Group, Table, unit_text
+from fastcal.report.tables import Cell, Column, Group, Table, places_in_words, unit_text
 from fastcal.report.words import Remark, Verdict, listed
 from fastcal.said import said
 
@@ -224,20 +224,25 @@ def _arms(each: WayDiagnosis) -> str:
 
 def _cause_table(found: CellDiagnosis) -> Table:
     columns = [Column(title, numeric=False) for title in (_("Grade"), _("Cause"), _("Size"))]
-    columns += [Column(title, numeric=False) for title in (_("As well"), _("Seen by"))]
+    has_others = any(of.finding.equivalents for of in found.effects)
+    columns += [Column(title, numeric=False) for title in (*([_("As well")] if has_others else []), _("Seen by"))]
     rows = []
     for of in found.effects:
         f = of.finding
         sizes = "; ".join(f"{name} {text}" for name, text in shop.estimate_lines(f.effect, f.parameters))
         others = "; ".join(_(cause_in_words(effect, owner)) for effect, owner in f.equivalents)
         cause = _(cause_in_words(f.effect, f.owner))
-        rows.append([Cell(f.grade), Cell(cause), Cell(sizes), Cell(others), Cell(", ".join(of.seen_by))])
+        as_well = [Cell(others)] if has_others else []
+        rows.append([Cell(f.grade), Cell(cause), Cell(sizes), *as_well, Cell(", ".join(of.seen_by))])
     return Table(_("Causes that the readings indicate"), columns, [Group(rows)])
 
 
 def _numbering(each: WayDiagnosis) -> str:
     """What a way's own page calls its joints."""
-    listed = ", ".join(f"{k} = {joint}" for k, joint in enumerate(each.joints, start=1))
+    listed = ", ".join(
+        f"{k}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{places_in_words(joint)}"
+        for k, joint in enumerate(each.joints, start=1)
+    )
     return _("{target}: joints on its own page are {joints}", target=each.way.name, joints=listed)
 
 

@@ -173,7 +173,8 @@ def _view_table(found: CellResult) -> Table:
     """RMS before and after, and on the test poses, of each target, sensor and camera."""
     columns = [Column(title, numeric=False) for title in (_("Reading"), _("Target"), _("From"))]
     columns += [Column(title) for title in (_("Count"), _("RMS before"), _("RMS after"), _("Largest"))]
-    columns.append(Column(_("RMS on test poses")))
+    if found.test_views:
+        columns.append(Column(_("RMS on test poses")))
     rows = []
     for name, of in found.views.items():
         view = name.partition("@")[2]
@@ -182,7 +183,9 @@ def _view_table(found: CellResult) -> Table:
         before, after = of.statistics
         on_test = None if tested is None else tested.statistics[1]
         sizes = [None if own is None else own.rms for own in (before, after)]
-        sizes += [None if after is None else after.max, None if on_test is None else on_test.rms]
+        sizes.append(None if after is None else after.max)
+        if found.test_views:
+            sizes.append(None if on_test is None else on_test.rms)
         rows.append(
             [
                 Cell(f"{kind_title(of.kind)} ({unit_text(of.kind.unit)})"),

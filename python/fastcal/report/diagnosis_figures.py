@@ -19,7 +19,7 @@ from fastcal.report.figures import Figure, Key, Trace
 from fastcal.report.formatting import fixed, percent, significant
 from fastcal.report.gap import TAKEN
 from fastcal.report.language import _, decimal_sign
-from fastcal.report.tables import capitalised, spaced
+from fastcal.report.tables import capitalised, places_in_words
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.result import Diagnosis
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _MOST_ALTERNATIVES = 8
+_LINE = 105  # letters of a cause and its reason that fit one line on paper
 _MOST_LIMITS = 16
 _SHORT_NAME = 30  # letters that a narrow screen has room for beside an axis
 _BAND = [[0.0, "#ffffff"], [0.5, "#dbe7ee"], [0.8, "#8fb8cf"], [0.95, "#e09f3e"], [1.0, "#a11d1d"]]
@@ -43,10 +44,13 @@ def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure |
     is_given = [r.because.reason is Reason.GIVEN for r in shown]
     # The name of an arm is as its file has it.
     spoken_of = [(spoken(r.label), told(spoken(r.label))) for r in shown]
-    names = [capitalised(plain) if own == plain else spaced(own) for plain, own in spoken_of]
+    names = [capitalised(plain) if own == plain else places_in_words(own) for plain, own in spoken_of]
+    reasons = [places_in_words(told(reason_in_brief(r.because))) for r in shown]
+    is_long = max(len(name) + len(reason) for name, reason in zip(names, reasons, strict=True)) > _LINE
+    row, paper_row, between = (60, 48, "<br>") if is_long else (46, 34, ": ")
     share = [100 * max(r.share, 0.0) for r in shown]
     bars: Trace = {
-        "type": "bar", "orientation": "h", "x": share, "y": list(range(len(shown))), "width": 0.34,
+        "type": "bar", "orientation": "h", "x": share, "y": list(range(len(shown))), "width": 16 / row,
         "marker": {"color": [TAKEN if given else figures.BEFORE for given in is_given]},
         "text": [percent(r.share) for r in shown], "textposition": "outside", "cliponaxis": False,
         "hovertemplate": "%{text}<extra></extra>",
@@ -60,11 +64,10 @@ def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure |
         },
         margin={"l": 10},
     )  # fmt: skip
-    reasons = [spaced(told(reason_in_brief(r.because))) for r in shown]
     drawn["annotations"] = [
         {
-            "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>: {reason}", "showarrow": False,
-            "xanchor": "left", "yanchor": "bottom", "font": {"color": figures.INK},
+            "x": 0, "y": k - 0.24, "text": f"<b>{name}</b>{between}{reason}", "showarrow": False,
+            "align": "left", "xanchor": "left", "yanchor": "bottom", "font": {"color": figures.INK},
         }
         for k, (name, reason) in enumerate(zip(names, reasons, strict=True))
     ]  # fmt: skip
@@ -76,8 +79,8 @@ def alternatives(found: Diagnosis, told: Callable[[str], str] = str) -> Figure |
         share=percent(shown[0].share),
     )
     return Figure(
-        "alternatives", _("Reported and ruled-out causes"), alt, [bars], drawn, key=key, height=80 + 46 * len(shown),
-        paper_height=60 + 34 * len(shown),
+        "alternatives", _("Reported and ruled-out causes"), alt, [bars], drawn, key=key, height=80 + row * len(shown),
+        paper_height=60 + paper_row * len(shown),
         narrow={f"annotations[{k}].text": name for k, name in enumerate(names)},
     )  # fmt: skip
 

@@ -120,7 +120,8 @@ def smallest_table(kinds: list[Smallest]) -> Table:
 
 def _at(found: DetectableEffect, unit: str, is_one_of_many: bool) -> str:
     size = shop.size_text(unit, found.value)
-    return f"{size} ({_(owner_in_words(found.owner))})" if is_one_of_many else size
+    place = re.sub(r" (?=\d)", "\u00a0", _(owner_in_words(found.owner)))  # no number alone on the next line
+    return f"{size} ({place})" if is_one_of_many else size
 
 
 def _plain(found: DetectableEffect) -> str:

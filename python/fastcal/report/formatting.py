@@ -76,6 +76,18 @@ def significant(number: float | None, digits: int = 3) -> str:
     return fixed(number, max(0, digits - 1 - math.floor(math.log10(abs(rounded)))))
 
 
+def rough(number: float) -> str:
+    """`number` with two significant digits, and with a power of ten from a million on: 3.6 × 10⁹ for 3616751466."""
+    size = math.floor(math.log10(abs(float(f"{number:.1e}")))) if number and math.isfinite(number) else 0
+    return significant(number, 2) if size < _PLAIN_SIZE else powered(number, 2)
+
+
+def powered(number: float, digits: int = 3) -> str:
+    """`number` (not zero) with that many significant digits and a power of ten: 1.14 × 10⁴ for 11426."""
+    size = math.floor(math.log10(abs(float(f"{number:.{digits - 1}e}"))))
+    return significant(number / 10.0**size, digits) + _TIMES_TEN + str(size).translate(_SUPERSCRIPT)
+
+
 def alike(number: float | None, like: float) -> str:
     """`number` with the decimals that show `like` (2 to 3 significant digits), so that the two can be compared."""
     return fixed(number, decimals_for(like / 2.0) if is_known(like) and like > 0.0 else 3)

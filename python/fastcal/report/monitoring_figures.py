@@ -182,7 +182,7 @@ def months(arms: Sequence[ArmHistory]) -> Figure | None:
     return Figure(
         "months", _("Every arm, month by month"), alt, [heat, marks], drawn, note,
         key=[Key(_("alarm"), figures.INK, "cross")], height=110 + (7 if many else 22) * len(arms),
-        links=[f"arm-{k}" for k in range(len(arms))],
+        paper_height=90 + (4 if many else 15) * len(arms), links=[f"arm-{k}" for k in range(len(arms))],
         narrow={"xaxis.tickvals": columns[:: -(-len(columns) // _NARROW_MONTHS)]},
     )  # fmt: skip
 

@@ -138,7 +138,5 @@ def path_figure(found: PathAccuracy) -> Figure:
         _("error of the tool (mm), logarithmic"),
         yaxis={"type": "log", "exponentformat": "none", "dtick": 1},
     )
-    alt = _(
-        "Distance of the tool from its place along the path, on a logarithmic axis, without and with compensation."
-    )
+    alt = _("Distance of the tool from its place along the path, on a logarithmic axis, without and with compensation.")
     return Figure("path", _("Error along the path"), alt, traces, drawn, columns=6, height=380, key=key)

@@ -53,13 +53,14 @@ def trend_pairs(states: dict[str, tuple[Rows, dict[str, Trend]]]) -> list[list[f
     order = sorted(
         first.variables, key=lambda variable: -max(_strength(trends, variable) for _, trends in states.values())
     )
-    pairs = []
+    pairs: list[list[figures.Figure]] = []
     for variable in order:
         pair = []
         for name, (rows, trends) in states.items():
             panel = _panel(rows, variable, trends, y_range)
             title = f"{panel.title}, {name}"
-            pair.append(replace(panel, id=f"{panel.id}-{name}", title=title, columns=3, height=210))
+            columns = 3 if len(states) > 1 or pairs else 6  # the first stands alone, the others are folded
+            pair.append(replace(panel, id=f"{panel.id}-{name}", title=title, columns=columns, height=210))
         pairs.append(pair)
     return pairs
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastcal.effects.entries import traits_of
-from fastcal.report.formatting import significant, with_uncertainty
+from fastcal.report.formatting import rough, significant, with_uncertainty
 from fastcal.report.language import _
 from fastcal.report.tables import after_number, unit_text
 from fastcal.said import said
@@ -104,7 +104,7 @@ def size_text(unit: str, size: float) -> str:
     """A size [in `unit`] with two digits and the unit in common use."""
     si = in_si(size, unit)
     spoken = spoken_unit(unit, si)
-    return f"{significant(spoken.of(si), 2)}{after_number(spoken.text)}"
+    return f"{rough(spoken.of(si))}{after_number(spoken.text)}"
 
 
 def estimate_lines(effect: str, parameters: Mapping[str, NamedValue]) -> list[tuple[str, str]]:

@@ -116,6 +116,11 @@ def spaced(text: str) -> str:
     return re.sub(r"\b(joint|link)(\d+)\b", "\\1\N{NO-BREAK SPACE}\\2", text)
 
 
+def places_in_words(text: str) -> str:
+    """A text with places of a cell, right.joint2: the name of the arm as its file has it, the rest as the page says."""
+    return re.sub(r"\b(joint|link)(\d+)\b", lambda found: f"{_(found[1])}\N{NO-BREAK SPACE}{found[2]}", text)
+
+
 def in_words(text: str) -> str:
     """A parameter or a direction of the core as it is printed, its words in the language of the page."""
     known = {

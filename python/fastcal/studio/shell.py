@@ -130,6 +130,12 @@ def onward(text: str, to: str) -> ui.button:
     return ui.button(text, icon="arrow_forward").props(f'href="{to}" data-test="onward"')
 
 
+def drop_here(upload: ui.upload) -> None:
+    """Says in the empty list of a place for files what to do there."""
+    with upload.add_slot("list"):
+        ui.label(_("drop here")).classes("text-sm text-gray-600 dark:text-gray-300")
+
+
 def command_line(line: str) -> None:
     """A command that does what the screen did, to copy; a line of it does not end within a word."""
     whole = '<span class="inline-block max-w-full break-all">{}</span>'

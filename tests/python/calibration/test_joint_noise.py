@@ -131,9 +131,7 @@ def test_errors_that_come_again_whenever_a_posture_is_visited_are_no_noise() -> 
     X, none = rng.normal(size=(210, 8)), np.arange(70)
     anew = np.einsum("mn,mn->m", lever, rng.normal(size=(70, 4))[row])
     alike = np.einsum("mn,mn->m", lever, rng.normal(size=(35, 4))[command[row]])
-    found = [
-        likeliest_noise(X, e + 0.1 * rng.normal(size=210), lever, row, none, command, 1.0) for e in (anew, alike)
-    ]
+    found = [likeliest_noise(X, e + 0.1 * rng.normal(size=210), lever, row, none, command, 1.0) for e in (anew, alike)]
     assert found[0] is not None
     assert found[1] is None
     shared = likeliest_noise(X, alike + 0.1 * rng.normal(size=210), lever, row, command, command, 1.0)

@@ -87,7 +87,10 @@ def test_a_slipped_zero_is_named_with_its_arm(calibrated: tuple[Path, Cell], tmp
             np.degrees(SLIP), rel=0.3
         )
     main(["check", str(folder / "model.yaml"), str(poses), "-o", str(tmp_path / "check.html")])
-    assert "left.joint3" in (tmp_path / "check.html").read_text(encoding="utf-8")
+    page = (tmp_path / "check.html").read_text(encoding="utf-8")
+    assert "left.joint\N{NO-BREAK SPACE}3" in page
+    assert "smr_left: Next: re-master left.joint" in page
+    assert "smr_right: Next" not in page
 
 
 def test_the_model_keeps_its_records_bit_for_bit(calibrated: tuple[Path, Cell]) -> None:

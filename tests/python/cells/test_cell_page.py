@@ -45,6 +45,7 @@ def test_errors_and_places_of_two_arms(tmp_path: Path) -> None:
         "Arm right",
         "left.joint",
         "Noise",
+        "RMS on test poses",
     ):
         assert text in page
 
@@ -69,6 +70,7 @@ def test_errors_of_a_camera_and_places_of_its_board(tmp_path: Path) -> None:
     places = {of["name"]: of for of in result["placements"]}
     assert (places["wrist"]["kind"], places["wrist"]["on"]) == ("camera", "arm.link6")
     assert all(std is not None and 0 < std < 1 for std in places["wrist"]["std_mm"])
+    assert "RMS on test poses" not in page  # a column that would be empty
     assert "wrist" in page
     assert "plate" in page
     assert "px" in page

@@ -57,14 +57,23 @@ def test_a_few_say_what(model: Path, tmp_path: Path, what: str, moved: str) -> N
     assert found["moved"][0]["turn_deg"] == pytest.approx(0.05 * size, abs=0.04)
 
 
-@pytest.mark.parametrize(("language", "word"), [("en", "Board plate moved."), ("de", "Tafel plate hat sich bewegt.")])
-def test_the_check_is_a_page_where_that_is_asked(model: Path, tmp_path: Path, language: str, word: str) -> None:
+@pytest.mark.parametrize(
+    ("language", "word", "act"),
+    [
+        ("en", "Board plate moved.", "Next: check board plate, then adopt"),
+        ("de", "Tafel plate hat sich bewegt.", "Als Nächstes: Tafel plate prüfen"),
+    ],
+)
+def test_the_check_is_a_page_where_that_is_asked(
+    model: Path, tmp_path: Path, language: str, word: str, act: str
+) -> None:
     rig_faults.write(tmp_path, 4, 8, board_mm=np.array([1.5, -1.0, 0.5]))
     page = tmp_path / "check.html"
     assert main(["check", *files(tmp_path, model), "-o", str(page), "--page-language", language]) == 4
     text = page.read_text(encoding="utf-8")
     assert text.startswith("<!DOCTYPE html>")
     assert word in text
+    assert act in text
     assert text.count('<div class="plot"') == 2  # the cell, and the error of each picture
     assert 'id="figure-workspace"' in text
 

@@ -31,6 +31,7 @@ def test_every_sentence_of_a_study_has_its_german() -> None:
 def test_a_page_in_german() -> None:
     content = made_up()
     content["sections"][0]["exhibits"][0]["rows"][0][2] |= {"median": 0.25}
+    content["sections"][0]["exhibits"][0]["rows"][0][0] = "joint2 alpha (deg)"
     content["sections"][0] |= {"title": "Three worlds", "lead": "GA10 is trained."}
     page = paper_page(content, "de")
     assert "Studie zu arm" in page
@@ -38,6 +39,7 @@ def test_a_page_in_german() -> None:
     assert "Fehler (mm): 0,300 hier, 0,100 in der Veröffentlichung." in page
     assert "Bei 0 von 1 Kennzahl erreicht das Verfahren der Veröffentlichung hier deren Wert" in page
     assert "Drei Welten" in page
+    assert "Gelenk\N{NO-BREAK SPACE}2 alpha (deg)" in page
     assert "GA10 wird gelernt." in page
     assert "0,250 (0,500\N{NO-BREAK SPACE}bis\N{NO-BREAK SPACE}2,10)" in page
     assert "Tabelle 1: of numbers" in page  # what no catalogue has

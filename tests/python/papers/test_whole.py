@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: MIT
 """One whole arm of each study that has networks; minutes, so only in the full tests."""
 
-
 import pytest
 
 from fastcal_studies import NAMES, load_study, run_study

@@ -371,3 +371,18 @@ def test_no_title_of_an_axis_is_cut_on_a_phone(browser: Any, page: str) -> None:
         "}).map((title) => title.textContent)",
     )
     assert cut == []
+
+
+def test_heads_are_printed_without_buttons(chromium: Any, page: str) -> None:
+    """Chromium leaves a button out where a table's head is repeated on the next sheet: the title stands beside it."""
+    opened = chromium.new_page()
+    opened.set_content(re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL))
+    look = """() => [...document.querySelectorAll("thead th:has(button)")].map((head) => [head.textContent,
+        getComputedStyle(head.firstElementChild).display, getComputedStyle(head, "::before").content])"""
+    screen = opened.evaluate(look)
+    opened.emulate_media(media="print")
+    paper = opened.evaluate(look)
+    opened.close()
+    assert len(screen) > 10
+    assert all(shown != "none" and title in ("none", "normal") for _text, shown, title in screen)
+    assert paper == [[text, "none", f'"{text}"'] for text, _shown, _title in screen]

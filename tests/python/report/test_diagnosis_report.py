@@ -21,7 +21,7 @@ from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Reason
 from fastcal.diagnosis.result import NamedValue, Unexplained
 from fastcal.diagnosis.words import reason_text, sentence_of
 from fastcal.report import diagnosis_steps, diagnosis_words, shop
-from fastcal.report.diagnosis_figures import confusion_map, limits
+from fastcal.report.diagnosis_figures import alternatives, confusion_map, limits
 from fastcal.report.diagnosis_report import diagnosis_page
 from fastcal.report.diagnosis_tables import owners_text, smallest_by_kind
 from fastcal.report.diagnosis_words import name_in_model
@@ -231,6 +231,14 @@ def test_limits_are_drawn_over_usual_sizes(found: Diagnosis) -> None:
         assert low == pytest.approx(min(s.value / u for s, u in zip(kind.members, kind.usual, strict=True) if u))
         assert bool(kind.hidden) == (high > 1)
         assert low <= high
+
+
+def test_long_reasons_stand_below_their_causes(found: Diagnosis) -> None:
+    """In the names of a cell, on paper: one line would run over the edge."""
+    short, far = alternatives(found), alternatives(found, lambda text: f"{text} {'x' * 60}")
+    assert not any("<br>" in each["text"] for each in short.layout["annotations"])
+    assert all("</b><br>" in each["text"] and each["align"] == "left" for each in far.layout["annotations"])
+    assert far.height > short.height
 
 
 def test_the_waterfall_adds_up() -> None:

@@ -11,6 +11,8 @@ from fastcal.report.formatting import (
     fixed,
     percent,
     plural,
+    powered,
+    rough,
     significant,
     with_uncertainty,
 )
@@ -52,6 +54,10 @@ def test_fixed_has_no_negative_zero_and_a_true_minus(number: float | None, text:
 
 def test_texts_of_plain_numbers() -> None:
     assert [significant(x) for x in (0.10134, 1234.5, 0.09996, 0.0)] == ["0.101", "1234", "0.100", "0"]
+    texts = [rough(x) for x in (0.0, 19.7, 15558.0, 999_999.0, -3_616_751_466.0)]
+    gap = "\N{NARROW NO-BREAK SPACE}"
+    assert texts == ["0", "20", "15558", f"1.0{gap}×{gap}10⁶", f"−3.6{gap}×{gap}10⁹"]
+    assert [powered(x) for x in (11426.0, -3.2e-5)] == [f"1.14{gap}×{gap}10⁴", f"−3.20{gap}×{gap}10⁻⁵"]
     assert count(100_000) == f"100{THIN}000"
     assert [plural(1, "row"), plural(2, "row"), plural(0, "row")] == ["1 row", "2 rows", "0 rows"]
     assert [percent(0.2749), percent(0.0544), percent(0.0996)] == [f"27{THIN}%", f"5.4{THIN}%", f"10{THIN}%"]

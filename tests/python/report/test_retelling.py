@@ -55,5 +55,9 @@ def test_the_catalogue_retells_what_rooms_say() -> None:
     with in_language("de"):
         assert retold(told) == "fit.csv:5: Spalte 'z_mm': erwartet eine Zahl, gefunden 'abc'"
         assert retold("a limit must be above 0, got -0.5 mm") == "eine Grenze muss über 0 liegen, nicht bei -0,5 mm"
+        moved = "converged: 25 postures; nothing moved"
+        assert retold(moved) == "konvergiert: 25 Stellungen; nichts hat sich bewegt"
+        sizes = "positions: RMS 0.0325 mm (before 0.0372), at most 0.061 mm, 50 readings"
+        assert retold(sizes) == "Positionen: RMS 0,0325 mm (vorher 0,0372), höchstens 0,061 mm, 50 Ablesungen"
         assert retold(said("{joint} {number}", joint="a", number=1.5)) == "a 1,5"
         assert retold("[Errno 13] Permission denied: 'x'") == "[Errno 13] Permission denied: 'x'"

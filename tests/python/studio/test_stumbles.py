@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 import fastcal
+from fastcal.fleet import calibrate_many, read_list
+from fastcal.fleet.page import write_fleet
 from fastcal.studio.project import Project
 
 from .conftest import patiently
@@ -98,6 +100,31 @@ def test_a_programs_payload_is_shown_and_used(look: Any, studio: Any, tmp_path: 
     (tmp_path / "notes.txt").write_text("{x}")
     look.drop("program", tmp_path / "notes.txt")
     look.page.get_by_text("notes.txt: no robot program, by its ending").wait_for()
+
+
+@patiently
+def test_why_an_arm_of_a_fleet_has_no_model_is_said(look: Any, studio: Any) -> None:
+    """In the last column, cut where it is long and whole when pointed at; that arm stands first, without numbers."""
+    lines = (studio.folder / "measurements.csv").read_text().splitlines()
+    cells = [line.split(",") for line in lines]
+    rolled = [[*one[:6], *two[6:]] for one, two in zip(cells[1:], [*cells[20:], *cells[1:20]], strict=True)]
+    (studio.folder / "rolled.csv").write_text("\n".join(",".join(line) for line in [cells[0], *rolled, []]))
+    (studio.folder / "arms.csv").write_text("robot,data,name\nur5,measurements.csv,good\nur5,rolled.csv,lost\n")
+    found = calibrate_many(read_list(studio.folder / "arms.csv"), out=studio.folder / "fleet")
+    assert [each.status for each in found] == ["converged", "refused"]
+    write_fleet(found, studio.folder / "fleet")
+    look.go("/fleet")
+    look.page.get_by_text("2 arms, 1 without a model").wait_for()
+    cell = look.get("matrix").locator("> *")
+    assert cell.nth(7).inner_text() == "note"
+    first = [cell.nth(8 + k).inner_text() for k in range(8)]
+    assert first[:2] == ["lost", "refused"]
+    assert first[2:5] == ["–"] * 3
+    assert first[7].startswith("rolled.csv: the points do not fit this robot")
+    assert cell.nth(16).inner_text() == "good"
+    assert cell.nth(23).inner_text().startswith("the joints repeat to about")  # what its calibration notes
+    cell.nth(15).hover()
+    look.page.get_by_role("tooltip").filter(has_text="rolled.csv: the points do not fit this robot").wait_for()
 
 
 @patiently

@@ -17,7 +17,7 @@ from fastcal.report.language import _
 from fastcal.said import said
 from fastcal.studio.files import address
 from fastcal.studio.project import Project
-from fastcal.studio.shell import card, command_line, job_bar, told
+from fastcal.studio.shell import card, command_line, drop_here, job_bar, told
 from fastcal.studio.state import Studio
 
 CHECKS, HISTORY = "checks", "history"
@@ -44,6 +44,7 @@ def build_checks(studio: Studio) -> None:
 
             upload = ui.upload(label=_("Drop the new poses (.csv)"), auto_upload=True, on_upload=arrived)
             upload.classes("w-72").props('flat bordered data-test="drop-check"')
+            drop_here(upload)
         line = ui.column().classes("w-full")
 
         def start(content: bytes) -> None:

@@ -17,7 +17,7 @@ from fastcal.robots import available
 from fastcal.said import said
 from fastcal.studio import reading
 from fastcal.studio.project import MEASUREMENTS, TEST
-from fastcal.studio.shell import card, command_line, decimals, onward, table, told
+from fastcal.studio.shell import card, command_line, decimals, drop_here, onward, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -193,8 +193,7 @@ def _drop(label: str, name: str, take: Callable[[str, bytes], Any]) -> None:
 
     upload = ui.upload(label=label, auto_upload=True, multiple=True, on_upload=arrived)
     upload.props(f'flat bordered data-test="drop-{name}"').classes("w-80")
-    with upload.add_slot("list"):
-        ui.label(_("drop here")).classes("text-sm text-gray-600 dark:text-gray-300")
+    drop_here(upload)
 
 
 def _signs(studio: Studio, changes: Callable[..., Any]) -> None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from statistics import median
 from typing import Any
 
@@ -20,7 +21,7 @@ from fastcal.said import said
 from fastcal.studio.files import address
 from fastcal.studio.project import MEASUREMENTS
 from fastcal.studio.screens.checks import build_checks
-from fastcal.studio.shell import card, command_line, job_bar, told
+from fastcal.studio.shell import card, command_line, drop_here, job_bar, told
 from fastcal.studio.state import Studio
 
 OUT = "fleet"
@@ -70,6 +71,7 @@ def build(studio: Studio) -> None:
                 "flat bordered"
             )
             upload.classes("w-72")
+            drop_here(upload)
             there = lists()
             source = ui.select(there, value=there[0] if there else None, label=_("List")).classes("w-64")
             diagnosed = ui.switch(_("Diagnose each"))
@@ -142,7 +144,7 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
             .classes("w-full gap-0 studio-matrix")
             .props('data-test="matrix"')
         ):
-            last = _("verdict") if any(row.get("verdict") or row.get("message") for row in rows) else ""
+            last = _("verdict") if any(row.get("verdict") for row in rows) else _("note")
             for title in (_("arm"), _("status"), *map(_, _COLUMNS.values()), last):
                 ui.label(title).classes("text-sm text-gray-600 dark:text-gray-300 p-1")
             for row in sorted(rows, key=heat, reverse=True):
@@ -161,7 +163,8 @@ def _matrix(studio: Studio, rows: list[dict[str, str]]) -> None:
                 if verdict is not None:
                     ui.label(_(verdict[0])).classes("p-1 text-sm").tooltip(row.get("causes", ""))
                 else:
-                    message = retold(row.get("message", ""))
+                    inside = f"{studio.project.folder}{os.sep}"  # a long path would hide what is wrong
+                    message = retold(row.get("message", "").replace(inside, ""))
                     ui.label(message).classes("p-1 text-sm truncate said").tooltip(message)
         page = studio.project.path(f"{OUT}/report.html")
         if page.exists():

@@ -26,7 +26,7 @@ from fastcal.said import sentence_of
 from fastcal.studio import pictures
 from fastcal.studio.files import address
 from fastcal.studio.project import INPUTS
-from fastcal.studio.shell import card, command_line, decimals, refuse, table, told
+from fastcal.studio.shell import card, command_line, decimals, drop_here, refuse, table, told
 from fastcal.studio.state import Studio
 from fastcal.units import from_si
 
@@ -66,6 +66,7 @@ def build(studio: Studio) -> None:
 
         upload = ui.upload(label=_("Drop a program"), auto_upload=True, multiple=True, on_upload=arrived)
         upload.props('flat bordered data-test="drop-program"').classes("w-60")
+        drop_here(upload)
         there = programs()
         source = ui.select(there, value=there[0] if there else None, label=_("Program")).classes("w-64")
         model = ui.select(models, value=models[0], label=_("Model")).classes("w-56")
@@ -155,7 +156,9 @@ def _shown(
             ui.label(f"• {_own(studio, retold(sentence))}").classes("text-sm").props('data-test="note"')
         for file in files:
             name = str(file.relative_to(studio.project.folder))
-            ui.link(_("Download {file}", file=file.name), address(name)).props('download data-test="download"')
+            load = ui.button(_("Download {file}", file=file.name), icon="download")
+            load.props('download data-test="download"')
+            load.props["href"] = address(name)  # not parsed: a name may hold anything
         command_line(line)
     nominal = nominal_robot(robot)
     # What the pendant's robot and the real one do at the program's own joints, in the robot's base.
