@@ -285,6 +285,8 @@ class Found:
         doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))
         if grade == "A" and doubts:
             grade, limits = "B", doubts
+        if grade == "B" and remaining is not None:  # it may do the work of what has no name: most such names were wrong
+            grade = "C"
         if grade != "C" and self._is_part_of_a_curve(name, remaining):
             grade, limits = "C", (Because(Reason.CURVE_WITHOUT_NAME), *limits)
         if unsure is not None:

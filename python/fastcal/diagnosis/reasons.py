@@ -53,7 +53,9 @@ class Reason(Enum):
 
 
 # Reasons with which a finding of grade C may still be the right cause.
-MAY_BE_ANOTHER = frozenset([Reason.LOOKS_LIKE_OTHERS, Reason.UNSTABLE, Reason.IMPLAUSIBLE, Reason.NO_MASSES])
+MAY_BE_ANOTHER = frozenset(
+    [Reason.LOOKS_LIKE_OTHERS, Reason.UNSTABLE, Reason.IMPLAUSIBLE, Reason.NO_MASSES, Reason.SOMETHING_REMAINS]
+)
 
 
 @dataclass(frozen=True)
