@@ -50,7 +50,7 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
 
 
 def _assembled(robot: Robot, q: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Poses of the tool at q (N, n), and where the loops close; rows in which they do not stand at the start."""
+    """Poses (N, 4, 4) of the tool at q (N, n), and where (N,) the loops close; elsewhere the start posture is taken."""
     assembly = assemble(robot.core, q)
     fits = np.array(assembly.status) != "open"
     closed = _core.Samples(np.where(fits[:, np.newaxis], assembly.q, robot.core.home))
