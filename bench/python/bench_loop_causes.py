@@ -50,6 +50,7 @@ SIGNALS = (12.0, 60.0)
 LARGEST = {"pin_slack": 3e-3, "rod_slack": 3e-3}  # [m]; of a compliance what it moves the tool by
 FARTHEST = 2e-2  # [m]
 LENGTHS = (6e-3, 12e-3)  # [m]
+BUILT, ANYWHERE = 5e-4, 1.0  # [m, rad]: as `perturbed` builds a robot, and where its base and tool may be
 
 
 def shipped(name: str) -> Robot:
@@ -118,6 +119,26 @@ def signal(real: Robot, rows: Dataset, effect: str, owner: str, step: float) -> 
     return float(np.linalg.norm(left) / NOISE), float(np.linalg.norm(d, axis=1).max())
 
 
+def length_signal(real: Robot, rows: Dataset, loop: str, size: float) -> float:
+    """SNR of a length that is off by `size` [m]: sqrt(d' C^-1 d), d what it adds to the points, C their covariance.
+
+    C = sigma^2 I + J S J': noise, and what all else of the geometry adds, which is built to S = (0.5 mm)^2, (0.5
+    mrad)^2; base and tool are anywhere. For a part that is only longer than the others of its kind the projection of
+    the other causes leaves nothing: its own column is among the geometry's.
+    """
+    model = real.error_model
+    J = np.asarray(model.parameter_jacobian(real.conditions(rows.q, payload=rows.payload), model.start, 3))
+    J = J.reshape(-1, J.shape[2])
+    parameters = real.core.parameters
+    built = [ANYWHERE if p.owner in ("base", "tool") else BUILT for p in parameters]
+    of = next(k for k, p in enumerate(parameters) if (p.owner, p.name) == (loop, "length"))
+    others = np.arange(len(parameters)) != of
+    A = J[:, : len(parameters)][:, others] * np.array(built)[others] / NOISE
+    d = size * J[:, of] / NOISE
+    left = d - A @ np.linalg.solve(np.eye(A.shape[1]) + A.T @ A, A.T @ d)
+    return float(np.sqrt(d @ left))
+
+
 def trial(name: str, kind: str, seed: int) -> dict[str, Any]:
     """One set and what came of it."""
     random = np.random.default_rng([zlib.crc32(f"{name} {kind}".encode()), seed])
@@ -132,6 +153,8 @@ def trial(name: str, kind: str, seed: int) -> dict[str, Any]:
         out |= {"cause": f"{effect}@{owner}", "size": size}
     q = closed_within(real.core, random_poses(nominal, POSES + 40, seed=drawn), nominal.limits)[:POSES]
     payload = np.tile([0.0, PAYLOADS[name] / 2, PAYLOADS[name]], POSES)[: len(q)]
+    if kind == "length":
+        out["snr"] = length_signal(nominal, Dataset.from_arrays(q, payload=payload), owner, size)
     approach: dict[str, Any] = {}
     if kind not in ("length", "clean"):
         rows = Dataset.from_arrays(q, payload=payload)

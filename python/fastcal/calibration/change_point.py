@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fastcal.arrays import FloatArray, IntArray
+from fastcal.arrays import FloatArray, IntArray, thin_svd
 from fastcal.calibration.columns import column_lengths
 from fastcal.calibration.row_weights import huber_weights
 
@@ -116,7 +116,7 @@ def _longest_gain(
 def _basis(J: FloatArray) -> FloatArray:
     """Orthonormal columns that span those of J."""
     scale = column_lengths(J)
-    U, s, _ = np.linalg.svd(J[:, scale > 0] / scale[scale > 0], full_matrices=False)
+    U, s, _ = thin_svd(J[:, scale > 0] / scale[scale > 0])
     return np.asarray(U[:, s > _RANK * s[0]])
 
 

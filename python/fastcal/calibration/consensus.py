@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fastcal.arrays import BoolArray, FloatArray, IntArray
+from fastcal.arrays import BoolArray, FloatArray, IntArray, thin_svd
 
 MARGIN = 10.0  # of S, by which a set of rows must be better than that of the fit
 GROSS = 8.0  # times the noise of those that agree, RMS: rows less far off are noisy, or the model lacks an effect
@@ -46,7 +46,7 @@ class Rows:
         self.J, self.residual, self.rank = J, residual, rank
         self.count = len(J)
         # A fit held at 0 stays in the space of the rows of J: with it as the basis there are fewer parameters.
-        _, s, V = np.linalg.svd(J.reshape(-1, J.shape[2]), full_matrices=False)
+        _, s, V = thin_svd(J.reshape(-1, J.shape[2]))
         self.reduced = J @ V[s > _NOTHING * s[0]].T
         self.columns = self.reduced.shape[2]
         self._least = _ROUNDING * float(s[0]) ** 2

@@ -19,7 +19,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, thin_svd
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals
 from fastcal.said import said
@@ -41,7 +41,7 @@ def bend(near: Residuals, problem: CalibrationProblem, limits: Mapping[str, Floa
     size = np.linalg.norm(J, axis=0)
     if len(J) <= J.shape[1] or not size.all():
         return 0.0
-    _, S, Vt = np.linalg.svd(J / size, full_matrices=False)
+    _, S, Vt = thin_svd(J / size)
     r = near.residual[near.kept]
     reach = _REACH * float(np.sqrt(r @ r / max(len(r) - J.shape[1], 1)))
     std = np.linalg.norm(Vt / S[:, np.newaxis], axis=0)  # over s

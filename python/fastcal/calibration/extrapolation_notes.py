@@ -14,6 +14,7 @@ from fastcal.said import said
 from fastcal.units import from_si
 
 _OTHERS = {"payload": said("payload"), "temperature": said("temperature")}
+_LOADS = frozenset(["torque", "load"])  # what effects that yield to weights look at
 # A quantity whose range in the measurements is no larger stood still.
 STILL = {"deg": 1.0, "mm": 2.0, "kg": 0.0, "c": 0.5}
 
@@ -21,9 +22,9 @@ STILL = {"deg": 1.0, "mm": 2.0, "kg": 0.0, "c": 0.5}
 def range_notes(robot: Robot, data: Dataset) -> list[str]:
     """A sentence for each profile or drift that some row is outside of, and each quantity that the data move first.
 
-    And for temperatures that are far from those that the model was fitted on.
+    And for temperatures and payloads that are far from those that the model was fitted on.
     """
-    notes = [*unmoved_notes(robot, data), *_far_temperatures(robot, data)]
+    notes = [*unmoved_notes(robot, data), *_far_temperatures(robot, data), *_heavy_payloads(robot, data)]
     for entry in robot.entries:
         known = traits_of(entry["effect"]).options_from_data
         if "range" in known:
@@ -89,6 +90,30 @@ def _far_temperatures(robot: Robot, data: Dataset) -> list[str]:
         said(
             "the temperature is far outside the {low:.4g} to {high:.4g} deg C that the model was fitted on in {rows} "
             "rows ({least:.4g} to {most:.4g} deg C in all)",
+            low=float(low),
+            high=float(high),
+            rows=int(outside.sum()),
+            least=float(here.min()),
+            most=float(here.max()),
+        )
+    ]
+
+
+def _heavy_payloads(robot: Robot, data: Dataset) -> list[str]:
+    """More than twice the heaviest of the fit, as where they are given in another unit."""
+    name = "payload_kg"
+    here = ranges(robot, data).get(name)
+    yields = any(not _LOADS.isdisjoint(traits_of(entry["effect"]).depends_on) for entry in robot.entries)
+    if robot.record is None or here is None or name not in robot.record.covered or not yields:
+        return []
+    low, high = robot.record.covered[name]
+    outside = here > 2 * high
+    if high - low <= STILL["kg"] or not outside.any():
+        return []
+    return [
+        said(
+            "the payload is far outside the {low:.4g} to {high:.4g} kg that the model was fitted on in {rows} rows "
+            "({least:.6g} to {most:.6g} kg in all)",
             low=float(low),
             high=float(high),
             rows=int(outside.sum()),

@@ -7,11 +7,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
 from fastcal.calibration.evaluation import Evaluation, distances
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.motor_readings import plausible_motors
 from fastcal.measurements.plausibility import plausible
+from fastcal.robot.loops import assemble
 from fastcal.robot.robot import Robot
 from fastcal.said import Said, joined, said
 from fastcal.units import from_si, to_si
@@ -33,15 +36,25 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
         InvalidInput: Another reading of the columns fits at least five times better; both misfits and what was meant.
     """
     notes = _fahrenheit(data)
-    if robot.passive:
-        return notes  # another reading of the columns need not close the loops
     bare = robot.with_(effects=[])
-    suspicion = plausible(data, bare, bare.forward)
+    suspicion = (
+        plausible_motors(data, bare, lambda q: _assembled(bare, q))
+        if robot.passive
+        else plausible(data, bare, bare.forward)
+    )
     if suspicion is None:
         return notes
     if as_read or not suspicion.refused:
         return [*notes, suspicion.message]
     raise InvalidInput(_refused(data, suspicion.message))
+
+
+def _assembled(robot: Robot, q: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Poses (N, 4, 4) of the tool at q (N, n), and where (N,) the loops close; elsewhere the start posture is taken."""
+    assembly = assemble(robot.core, q)
+    fits = np.array(assembly.status) != "open"
+    closed = _core.Samples(np.where(fits[:, np.newaxis], assembly.q, robot.core.home))
+    return np.asarray(robot.error_model.predict(closed, robot.error_model.start)), fits
 
 
 def _refused(data: Dataset, message: str) -> Said:

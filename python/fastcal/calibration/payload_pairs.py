@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from scipy import optimize
 
 from fastcal import _core
-from fastcal.arrays import FloatArray, IntArray
+from fastcal.arrays import FloatArray, IntArray, thin_svd
 from fastcal.calibration.calibrate import IdentifiedParameter
 from fastcal.calibration.critical_loads import Corners, best_corners, open_corners, remaining, starting_values
 from fastcal.calibration.problem import CalibrationProblem, prepare
@@ -249,7 +249,7 @@ def solve(problem: Differences, corners: list[Corners]) -> tuple[FloatArray, Flo
     theta = fit(theta, everything)
     theta = deepest(problem, theta, corners, lambda there: fit(there, everything))
     J = problem.jacobian(theta) * scale
-    _, singular, directions = np.linalg.svd(J, full_matrices=False)
+    _, singular, directions = thin_svd(J)
     if singular[-1] <= _UNDETERMINED * singular[0]:
         parameter = effects[int(np.argmax(np.abs(directions[-1])))]
         raise InvalidInput(f"the payloads do not determine {full_name(parameter)}: leave its effect out")

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, thin_svd
 from fastcal.errors import InvalidInput
 
 METHODS = ("levenberg", "truncated")
@@ -64,7 +64,7 @@ def regularized_least_squares(
     size = np.broadcast_to(np.asarray(sizes, dtype=float), matrix.shape[1])
     if not (np.isfinite(matrix).all() and np.isfinite(right).all() and (size > 0).all()):
         raise InvalidInput("J and r must be finite and sizes positive")
-    U, s, Vt = np.linalg.svd(matrix * size, full_matrices=False)
+    U, s, Vt = thin_svd(matrix * size)
     there = s > _NOTHING * s[0]
     U, s, Vt = U[:, there], s[there], Vt[there]
     projected = U.T @ right

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, thin_svd
 from fastcal.camera.grids import flat_mm, numbered, turns_right, whole
 from fastcal.robot.rig import board_corners
 from fastcal.units import from_si
@@ -107,7 +107,7 @@ def _detector(cv2: Any, picture: Picture) -> Any:
 def _in_their_plane(at: FloatArray) -> FloatArray | None:
     """(K, 2) of points (K, 3) in axes of their plane [mm]; None where they lie in none."""
     centred = from_si(at - at.mean(axis=0), "mm")
-    _, sizes, axes = np.linalg.svd(centred, full_matrices=False)
+    _, sizes, axes = thin_svd(centred)
     if sizes[2] > _FLAT * sizes[0]:
         return None
     if np.ptp(at[:, 2]) <= _FLAT * sizes[0]:

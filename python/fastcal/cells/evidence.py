@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy import linalg, optimize
 
 from fastcal import _core
+from fastcal.arrays import thin_svd
 from fastcal.cells.asked import Priors
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
@@ -92,7 +93,7 @@ class Near:
         parts = []
         for k in np.unique(row):
             own = row == k
-            U, S, _ = np.linalg.svd(E[own], full_matrices=False)
+            U, S, _ = thin_svd(E[own])
             parts.append((U.T @ J[own], U.T @ r[own], S))
         along, along_r, S = (np.concatenate(part) for part in zip(*parts, strict=True))
         H, c, q = J.T @ J - along.T @ along, J.T @ r - along.T @ along_r, float(r @ r - along_r @ along_r)

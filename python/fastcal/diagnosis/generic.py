@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, thin_svd
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import BlockLabel
@@ -89,7 +89,7 @@ def orthonormal(values: FloatArray) -> FloatArray:
     kept = length > 1e-9 * np.sqrt(len(values)) * np.maximum(np.abs(values).max(axis=0), 1e-300)
     if not kept.any():
         return np.zeros((len(values), 0))
-    U, s, _ = np.linalg.svd(centred[:, kept] / length[kept], full_matrices=False)
+    U, s, _ = thin_svd(centred[:, kept] / length[kept])
     return np.asfortranarray(U[:, s > MIN_CURVE_VALUE * s[0]] * np.sqrt(len(values)))
 
 

@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from fastcal import _core
+from fastcal.arrays import thin_svd
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.reasons import Because, Reason
@@ -81,10 +82,10 @@ class _Rows:
     @staticmethod
     def of(F: FloatArray, Z: FloatArray, y: FloatArray) -> _Rows:
         """Rows (m,) with columns F (m, f) of which nothing is known and Z (m, K)."""
-        U, size, _ = np.linalg.svd(F, full_matrices=False)
+        U, size, _ = thin_svd(F)
         U = U[:, size > _ROUNDING * max(size.max(initial=0.0), np.finfo(float).tiny)]
         Z, y = Z - U @ (U.T @ Z), y - U @ (U.T @ y)
-        U, size, Vt = np.linalg.svd(Z, full_matrices=False)
+        U, size, Vt = thin_svd(Z)
         kept = size > _ROUNDING * max(size.max(initial=0.0), np.finfo(float).tiny)
         return _Rows(U.T[kept] @ y, size[kept, np.newaxis] * Vt[kept], size[kept] ** 2)
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import optimize
 
 from fastcal import _core
-from fastcal.arrays import FloatArray, IndexArray
+from fastcal.arrays import FloatArray, IndexArray, thin_svd
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.levers import levers
 from fastcal.calibration.problem import CalibrationProblem, prepare
@@ -110,7 +110,7 @@ class Likelihood:
         row, G = corners.row[kept], corners.G[kept]
         turned, sizes = [], []
         for i in np.unique(row):
-            U, s, _ = np.linalg.svd(G[row == i], full_matrices=False)
+            U, s, _ = thin_svd(G[row == i])
             turned.append(U.T @ X[row == i])
             sizes.append(s)
         self.Z, self.s, self.N = np.concatenate(turned), np.concatenate(sizes), X.T @ X

@@ -29,6 +29,8 @@ STATUSES = ("reached", "limit", "unreachable", "singular", "bad_target", "config
 _STANDING = (STATUSES.index("reached"), STATUSES.index("singular"))
 _SAME_COMMAND = 1e-12  # [rad or m]
 _MAX_ROUNDS = 30
+_DECIMALS = 6  # of a distance in mm and an angle in degrees that are told
+_FREEDOMS = 6  # of a pose
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,10 +71,12 @@ class InverseKinematics(Shown):
 
     def message(self, row: int) -> str:
         """What became of one row, a sentence."""
-        left = (
-            f"the nearest pose is {from_si(float(self.position_error[row]), 'mm'):.4g} mm and "
-            f"{from_si(float(self.rotation_error[row]), 'deg'):.4g} deg away"
-        )
+        far = round(float(from_si(self.position_error[row], "mm")), _DECIMALS)
+        turned = round(float(from_si(self.rotation_error[row], "deg")), _DECIMALS)
+        left = f"the nearest pose is {far:.4g} mm and {turned:.4g} deg away"
+        motors = self.robot.joint_count - len(self.robot.passive)
+        if self.robot.passive and motors < _FREEDOMS and self.status[row] == "unreachable" and far == 0:
+            return f"the point can be reached, but with {motors} motors the loops turn the tool otherwise there; {left}"
         return {
             "reached": "the target is reached",
             "limit": f"the target can be reached only beyond the joint limits; within them {left}",

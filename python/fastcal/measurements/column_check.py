@@ -26,7 +26,7 @@ from fastcal.measurements.checks import RobotFacts
 from fastcal.measurements.column_readings import Reading, Source, known_scale, sources
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.frame_fit import Frames, Poses, base_matrix, fitted, point_bounds
-from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, is_quarter, joints_of
+from fastcal.measurements.joint_maps import Change, JointMap, JointMaps, Joints, is_quarter, joints_of
 from fastcal.said import Said, chained, joined, said
 from fastcal.units import from_si, to_si
 
@@ -156,11 +156,12 @@ class Found:
 class Points:
     """The points of a data set beside the nominal arm."""
 
-    def __init__(self, dataset: Dataset, robot: RobotFacts, poses: Poses) -> None:
+    def __init__(self, dataset: Dataset, robot: RobotFacts, poses: Poses, joints: Joints | None = None) -> None:
+        """`joints`: whose columns can be read otherwise; None: all of the robot's."""
         self.robot, self.poses, self._rough = robot, poses, False
         self.rows = one_set_up(dataset)
         self.dataset = dataset = dataset if len(self.rows) == len(dataset) else dataset.select(self.rows)
-        self.joints = joints_of(tuple(robot.joint_types))
+        self.joints = joints_of(tuple(robot.joint_types)) if joints is None else joints
         rows = None if dataset.position is None else chosen_rows(dataset.position, dataset.q)
         self.sources = [] if rows is None else [s for s in sources(dataset, rows) if len(s.q) >= FEWEST_ROWS]
 

@@ -96,18 +96,24 @@ class Joints:
         return JointMap(np.eye(self.count), np.zeros(self.count))
 
     @cached_property
-    def simple(self) -> JointMaps:
-        """Every reading with one change, and all choices of signs and of the wrist's signs and zeros."""
+    def single(self) -> JointMaps:
+        """Every reading with one change, and all choices of signs."""
         own = np.eye(self.count)[np.newaxis]
-        wrist = set(range(max(self.count - _CHOICES, 0), self.count))
         return _once(
             [
                 self._turned(own, self._choices(1)),
                 self._turned(self._structures(1), self._choices(0)),
                 self._turned(own, self._choices(self.count, zeros=1)),
-                self._turned(own, self._choices(_CHOICES, among=wrist)),
             ]
         )
+
+    @cached_property
+    def simple(self) -> JointMaps:
+        """`single`, and all choices of the wrist's signs and zeros."""
+        own = np.eye(self.count)[np.newaxis]
+        wrist = set(range(max(self.count - _CHOICES, 0), self.count))
+        single = (self.single.matrices, self.single.zeros)
+        return _once([single, self._turned(own, self._choices(_CHOICES, among=wrist))])
 
     @cached_property
     def pairs(self) -> JointMaps:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, thin_svd
 from fastcal.effects.entries import full_name, identity, traits_of
 from fastcal.errors import InvalidInput
 from fastcal.monitoring.setups import rigid, with_base
@@ -148,7 +148,7 @@ def readable(union: Robot, at: Postures, free: list[int]) -> list[int]:
     J = at.jacobian(union).reshape(3 * len(at.q), -1)
     size = np.linalg.norm(J, axis=0)
     J = J / np.where(size > 0, size, 1.0)
-    U, length, _ = np.linalg.svd(J[:, free], full_matrices=False)
+    U, length, _ = thin_svd(J[:, free])
     span = U[:, length > _LOST]
     zeros = [i for i in _zeros(union) if np.linalg.norm(J[:, i] - span @ (span.T @ J[:, i])) < _WITHIN]
     chosen: list[int] = []
@@ -220,7 +220,7 @@ def held_inverse(J: FloatArray, size: FloatArray, noise: float, rounds: int = _R
     With J S = U s V^T and h = n^2 / (s^2 + n^2), of noise n: (p, m) S V (1 - h^k) / s U^T, the pseudo-inverse where s
     is far above n; and (p, p) S V h^k, how far plausible changes that the rows do not show move each parameter.
     """
-    U, s, Vt = np.linalg.svd(J * size, full_matrices=False)
+    U, s, Vt = thin_svd(J * size)
     left = (noise**2 / (s**2 + noise**2)) ** rounds
     gain = np.where(s > 0, 1 - left, 0.0) / np.where(s > 0, s, 1.0)
     V = size[:, None] * Vt.T

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 from scipy import special
 
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, thin_svd
 
 SCALES = (0.3, 1.0, 3.0, 10.0, 30.0)  # typical sizes: an event may be a tenth or thirty of it
 NOISE_SCALES = (1.5, 2.0, 3.0, 5.0, 10.0, 30.0)
@@ -81,7 +81,7 @@ class Evidence:
         PK = K - self._Q @ (self._Q.T @ K)
         before = np.linalg.norm(K * sizes, axis=0)
         scaled = PK * sizes
-        U, length, Vt = np.linalg.svd(scaled, full_matrices=False)
+        U, length, Vt = thin_svd(scaled)
         seen = length > max(_ABSORBED * float(before.max(initial=0.0)), _UNSEEN)
         if not seen.any():
             return Tested(

@@ -82,6 +82,18 @@ def test_bars_that_tilt_the_gripper_make_no_target_unreachable(
     assert "1 reached" in capsys.readouterr().out
 
 
+def test_a_target_that_is_tilted_more_than_the_bars_let_it_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "stack.mod").write_text(RAPID.replace("[0,1,0,0]", "[0.05,0.99875,0,0]", 1))
+    command = ["compensate", "palletizer", str(tmp_path / "stack.mod"), "--nominal", "palletizer"]
+    assert main([*command, "-o", str(tmp_path / "new.mod")]) == 2
+    err = capsys.readouterr().err
+    assert "the point can be reached, but with 4 motors the loops turn the tool otherwise there" in err
+    assert "the nearest pose is 0 mm and 5.73" in err
+    assert not (tmp_path / "new.mod").exists()
+
+
 def test_poses_of_a_palletizer_are_driven_by_a_program_of_six_axes(tmp_path: Path) -> None:
     command = ["design", "palletizer", "--count", "8", "--candidates", "random", "--language", "rapid"]
     assert main([*command, "-o", str(tmp_path / "poses.csv")]) == 0
