@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.parallel import each
 from fastcal.calibration.pose_folds import along_a_path
-from fastcal.diagnosis import adaptation, grading, rivals, sensitivity, unexplained
+from fastcal.diagnosis import adaptation, grading, rivals, rules, sensitivity, unexplained
 from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.gap import GapStep
@@ -143,8 +143,9 @@ class Found:
             findings = [replace(f, grade="B", limits=(Because(Reason.OWN_MODEL),)) for f in findings]
         if any(f.grade != "A" for f in findings):
             findings = [_as_sure_as_the_least(f) for f in findings]
-        if not _test_bears_out(gap):
-            findings = [replace(f, grade="C", limits=(Because(Reason.NOT_ON_TEST_POSES), *f.limits)) for f in findings]
+        if _is_worse_on_test_poses(gap):
+            worse = Because(Reason.WORSE_ON_TEST_POSES)
+            findings = [replace(f, grade="C", limits=(worse, *f.limits)) for f in findings]
         there = {finding.label for finding in findings}
         findings += [self._unnamed(steps[-1].model, entry) for entry in profiles if label(entry) not in there]
         if more is not None and step is not None:
@@ -357,10 +358,10 @@ def of_corners(at: Fit) -> Fit:
     return again if again.converged else at
 
 
-def _test_bears_out(steps: Sequence[GapStep]) -> bool:
-    """Do the names make the error on test poses fall? So too where there is no name, or no such pose."""
+def _is_worse_on_test_poses(steps: Sequence[GapStep]) -> bool:
+    """Does the error on test poses rise with the names, by more than a user would notice?"""
     before, after = steps[0].main.test_rms, steps[-1].main.test_rms
-    return len(steps) == 1 or before is None or after is None or after < before
+    return before is not None and after is not None and after > rules.MAX_RISE * before
 
 
 def _as_sure_as_the_least(finding: Finding) -> Finding:

@@ -30,7 +30,7 @@ class Reason(Enum):
     SIMPLER_DOES = "the data do not distinguish it from a simpler one"
     IMPLAUSIBLE = "its size is implausible"
     NOT_HELD_OUT = "held-out poses are not predicted better"
-    NOT_ON_TEST_POSES = "test poses are not predicted better"
+    WORSE_ON_TEST_POSES = "test poses are predicted worse"
     UNSTABLE = "parts of the data put another hypothesis first"
     OWN_MODEL = "the diagnosis of its own model finds more"
     TURNED_DIRECTION = "its lost motion is negative"

@@ -79,7 +79,7 @@ _REASONS = {
     Reason.SIMPLER_DOES: "the data do not distinguish it from {subjects}",
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
     Reason.NOT_HELD_OUT: "held-out poses are not predicted clearly better with it",
-    Reason.NOT_ON_TEST_POSES: "the test poses are not predicted better with what was found",
+    Reason.WORSE_ON_TEST_POSES: "the test poses are predicted worse with what was found",
     Reason.UNSTABLE: "in cross-validation it ranked first in only {value:.0%} of the folds",
     Reason.OWN_MODEL: "tested against the model that was written, the same data show a further effect",
     Reason.TURNED_DIRECTION: (
@@ -310,10 +310,8 @@ def _doubtful(f: Finding) -> Said:
         return said("{cause}, or {others}: these data can't tell which.", cause=what, others=others)
     if f.grade == "C" and not f.in_model:
         return said("{cause} is possible, but no more than that.", cause=what)
-    if any(limit.reason is Reason.NOT_ON_TEST_POSES for limit in f.limits[:1]):
-        return said(
-            "{cause} explains the measured poses, but the test poses are not predicted better with it.", cause=what
-        )
+    if any(limit.reason is Reason.WORSE_ON_TEST_POSES for limit in f.limits[:1]):
+        return said("{cause} explains the measured poses, but the test poses are predicted worse with it.", cause=what)
     if any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1]):
         because = said("the cause may be another one")
     else:

@@ -77,12 +77,12 @@ def test_a_ratio_in_a_short_range_may_be_a_slow_wave(reach: float, grade: str) -
     assert ("a slow wave fits equally well in a short range" in str(found.effects[0].limits)) == (grade == "B")
 
 
-def test_what_test_poses_do_not_bear_out_is_no_more_than_possible() -> None:
+def test_what_makes_test_poses_worse_is_no_more_than_possible() -> None:
     """A wave of joint 2 is a slope where the joint was measured, and turns back where the test poses are."""
     wave = {"amplitude_rad": 1.5e-3, "phase_rad": 0.0}
     effect = {"effect": "gear_harmonic", "owner": "joint2", "order": 3, "parameters": wave}
     data = measured(effect, reach=np.array([2.0, 0.3, 2.0]), rows=90)
     found = fastcal.diagnose(arm(), data, test=measured(effect, reach=2.5, rows=60))
     assert [(of.label, of.grade) for of in found.effects] == [("reduction_ratio@joint2", "C")]
-    assert "but the test poses are not predicted better with it" in found.sentence
+    assert "but the test poses are predicted worse with it" in found.sentence
     assert found.status == "predicts_worse"

@@ -45,7 +45,9 @@ def a_load_may_be_used_up() -> None:
     assert "falls by 50% from the first row to the last" in readings(3.0)
 
 
-def rows_that_do_not_carry(share: float, *, misses: bool = True) -> suspect_columns.Reading | None:
+def rows_that_do_not_carry(
+    share: float, *, misses: bool = True, another: bool = True
+) -> suspect_columns.Reading | None:
     """A share of the rows says 0 kg, and the others, of 5 and 10 kg, are fitted to the noise without these alone."""
     payload = np.where(np.arange(100) < 100 * share, 0.0, np.where(np.arange(100) % 2 == 0, 5.0, 10.0))
     problem = mock.Mock()
@@ -62,6 +64,7 @@ def rows_that_do_not_carry(share: float, *, misses: bool = True) -> suspect_colu
     with (
         mock.patch.object(suspect_columns, "fit", fit),
         mock.patch.object(suspect_columns, "_misses", return_value=misses),
+        mock.patch.object(suspect_columns, "_carry_another", return_value=another),
     ):
         return suspect_columns._labels(plain, best)
 
@@ -77,6 +80,7 @@ def rows_of_one_payload_may_not_carry_it() -> None:
     assert len(found.without) == 40
     assert rows_that_do_not_carry(0.1) is None
     assert rows_that_do_not_carry(0.4, misses=False) is None
+    assert rows_that_do_not_carry(0.4, another=False) is None
 
 
 @falls_with(CLEARLY_LESS=0.1)
