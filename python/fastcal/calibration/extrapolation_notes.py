@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-from fastcal.calibration.data_notes import ranges
+from fastcal.calibration.data_notes import covered, ranges
 from fastcal.effects.entries import core_options, label, traits_of
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import place_of
+from fastcal.place import joint_name, place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.steady import warmed
 from fastcal.said import said
@@ -121,6 +121,13 @@ def _heavy_payloads(robot: Robot, data: Dataset) -> list[str]:
             most=float(here.max()),
         )
     ]
+
+
+def still_joints(robot: Robot, data: Dataset) -> list[str]:
+    """The joints that stood still in these rows, by name; none of an arm of poses."""
+    spans = [high - low for low, high in list(covered(robot, data).values())[: len(robot.joints)]]
+    units = [joint.unit for joint in robot.joints]
+    return [joint_name(k) for k, (span, unit) in enumerate(zip(spans, units, strict=False)) if span <= STILL[unit]]
 
 
 def unmoved_notes(robot: Robot, data: Dataset) -> list[str]:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal.calibration.columns import unit_columns, unit_products
+from fastcal.calibration.extrapolation_notes import still_joints
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures, with_finer_knots
 from fastcal.diagnosis.fits import Fit, fit
@@ -157,12 +158,13 @@ class Rivals:
 
     @property
     def every(self) -> list[Spec]:
-        """Profiles of all joints that turn the tool and have none in the model that was given."""
+        """Profiles of all joints that turn the tool, in the rows too, and have none in the model that was given."""
         problem, robot = self.search.problem, self.search.problem.start.robot
         has = {entry["owner"] for entry in problem.given if entry["effect"] == curve_of("joint")}
-        still = {*robot.beside, *robot.passive}
-        turning = [i for i, kind in enumerate(robot.joint_types) if kind == "revolute" and i not in still]
-        return [profile(joint) for joint in map(joint_name, turning) if joint not in has]
+        beside = {*robot.beside, *robot.passive}
+        turning = [i for i, kind in enumerate(robot.joint_types) if kind == "revolute" and i not in beside]
+        still = {*has, *still_joints(robot, problem.kept)}
+        return [profile(joint) for joint in map(joint_name, turning) if joint not in still]
 
     def with_profiles(self, state: SearchNode, profiles: Sequence[Spec]) -> Model | None:
         """A set and profiles beside it; None where there are none, or where they make no model."""

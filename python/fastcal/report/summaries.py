@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fastcal.calibration.evaluation import Evaluation
+from fastcal.calibration.extrapolation_notes import still_joints
 from fastcal.calibration.repeatability import Repeatability
 from fastcal.calibration.result import CalibrationResult
 from fastcal.calibration.unknowns import CORNERS
@@ -37,6 +38,7 @@ _STATES = {
     "too_few_equations": said("too few equations"),
 }
 _MOST_ROWS = 20  # outliers that are listed
+_FEW = 3  # combinations of joints that stood still that are listed
 # Room of a type: the module that registers what is said of it; that of the other rooms is `use_summary`.
 _ELSEWHERE = {"diagnosis": "diagnosis_summary", "monitoring": "monitoring_summary"}
 
@@ -287,7 +289,18 @@ def _(result: CalibrationResult) -> list[str]:
         )
         # In English by the parameters' own names, as result.json has them.
         spoken = str if language.get() == "en" else in_words
-        lines += [f"  {spoken(direction.direction)}" for direction in result.unidentifiable]
+        still = still_joints(result.model, result.train.data)
+        of_still = [of for of in result.unidentifiable if of.parameters and of.parameters[0].split()[0] in still]
+        told = [of for of in result.unidentifiable if of not in of_still or len(of_still) <= _FEW]
+        lines += [f"  {spoken(direction.direction)}" for direction in told]
+        if len(told) < count:
+            lines.append(
+                translated(
+                    "  {count} of {joints}, which stood still in these rows: result.json has them",
+                    count=count - len(told),
+                    joints=listed([in_words(joint) for joint in still]),
+                )
+            )
     return lines + outlier_lines(result.outliers)
 
 
