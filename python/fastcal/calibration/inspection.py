@@ -22,6 +22,7 @@ from fastcal.units import from_si, to_si
 FloatArray = NDArray[np.float64]
 
 BAD_SHARE = 0.01  # of the reach; calibrated arms miss by a thousandth at most
+LEFT = 1e-3  # of the reach; calibrated arms of the right lengths miss by less, whatever is missing
 BAD_PICTURE = 0.01  # of a picture's width; calibrated cameras miss by a thousandth at most
 BAD_TURN = to_si(5.0, "deg")  # calibrated arms and cameras miss by a degree at most
 COOLEST_F, HOTTEST_F = 50.0, 120.0  # degrees Fahrenheit of a workshop, 10 to 49 degC
@@ -96,7 +97,26 @@ def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[s
     ]
     if messages and not as_read:
         raise InvalidInput(_refused(fit.data, messages[0]))
-    return messages
+    return messages or _another_arm(robot, fit)
+
+
+def _another_arm(robot: Robot, fit: Evaluation) -> list[str]:
+    """Do points miss the nominal arm as another one's would, and the calibrated one by more than any cause does?"""
+    if fit.error_before is None or fit.before is None or fit.after is None:
+        return []
+    before, after = (float(np.nanmedian(np.linalg.norm(e, axis=1))) for e in (fit.error_before, fit.error_after))
+    if before <= BAD_SHARE * robot.reach or after <= LEFT * robot.reach:
+        return []
+    return [
+        said(
+            "half of the points miss the nominal arm by more than {before:.4g} mm after the best fit of base and tool, "
+            "and the calibrated one by more than {after:.4g} mm, with a reach of {reach:.4g} mm: is it this arm that "
+            "was measured?",
+            before=float(from_si(before, "mm")),
+            after=float(from_si(after, "mm")),
+            reach=float(from_si(robot.reach, "mm")),
+        )
+    ]
 
 
 def _far_points(robot: Robot, fit: Evaluation) -> str | None:
