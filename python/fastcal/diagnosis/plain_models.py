@@ -22,7 +22,7 @@ from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import rules, sensitivity, unexplained
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.doubts import is_beyond_bounds
-from fastcal.diagnosis.fits import fit
+from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_arm import SHOWN, arm_size, holding
 from fastcal.diagnosis.held_out import PLACES, REGIONS, STRETCHES, HeldOut, gain, positions, shows_between
 from fastcal.diagnosis.hypothesis import Hypothesis
@@ -40,6 +40,7 @@ from fastcal.said import chained, joined, said
 
 FloatArray = NDArray[np.float64]
 
+_ROUNDING = 1e-9  # plausible sizes
 JUDGED = (None, STRETCHES, REGIONS)  # how rows are held out: by poses, stretches, regions
 
 
@@ -352,8 +353,18 @@ def _as_measured(problem: Problem) -> Problem | None:
     return replace(problem, used=measured, noise=problem.noise.without_correlation, weight=None)
 
 
+def _is_idle(at: Fit, name: Hypothesis) -> bool:
+    """Did a fit leave an added effect where it began, as the sag of a joint that no weight turns in these rows?"""
+    place = at.place(name)
+    sizes = np.array([parameter.sigma for parameter in at.model.parameters[place]])
+    return bool(np.all(np.abs(at.theta[place]) <= _ROUNDING * sizes))
+
+
 def _with(state: SearchNode, entries: list[Spec], problem: Problem) -> Model | None:
-    """A set with entries beside it, less those that come out with an impossible sign; None where a name does."""
+    """A set with entries beside it, less those that come out with an impossible sign, or stay at nothing.
+
+    None where a name has an impossible sign.
+    """
     if not entries:
         at = state.fit if problem is state.fit.problem else fit(problem, state.names, state.fit)
         return bare(state if at is state.fit else SearchNode(at, state.family))
@@ -364,6 +375,8 @@ def _with(state: SearchNode, entries: list[Spec], problem: Problem) -> Model | N
         wrong = [label(name.entry) for name in model.fit.added if is_beyond_bounds(model.fit, name)]
         if any(label(name.entry) in wrong for name in state.names):
             return None
+        added = [name for name in model.fit.added if name not in state.names]
+        wrong += [label(name.entry) for name in added if _is_idle(model.fit, name)]
         entries = [entry for entry in entries if label(entry) not in wrong]
         if not wrong or not entries:
             break

@@ -25,6 +25,7 @@ _VERDICTS = {
     "unexplained": said("unexplained"),
 }
 _NOTICED = 1.05  # of what noise makes, from which on there is a gap
+_MOST_VALUES = 7  # of an effect in the terminal: a step and its moment
 
 
 @headline.register
@@ -131,9 +132,10 @@ def _ending(found: Diagnosis) -> list[str]:
 
 
 def _finding_lines(finding: Finding) -> list[str]:
-    values = ", ".join(
-        f"{name} {v.value:.4g}" + (f" +- {v.std:.2g}" if v.std else "") for name, v in finding.parameters.items()
-    )
+    sizes = [f"{name} {v.value:.4g}" + (f" +- {v.std:.2g}" if v.std else "") for name, v in finding.parameters.items()]
+    values = ", ".join(sizes[:_MOST_VALUES])
+    if len(sizes) > _MOST_VALUES:
+        values += translated(", and {count} more in diagnosis.json", count=len(sizes) - _MOST_VALUES)
     tail = f", {values}" if traits_of(finding.effect).role != "curve" and values else ""
     others = [f"     {translated('or')} {effect}@{owner}" for effect, owner in finding.equivalents]
     where = "" if finding.in_model else translated(" (not in the model)")

@@ -156,6 +156,21 @@ def test_sags_of_all_joints_are_not_tried_on_a_grid_of_few_positions(positions: 
     assert ("gravity_sag" in tried) is is_tried
 
 
+@pytest.mark.parametrize(("size", "is_idle"), [(1e-16, True), (0.0, True), (1e-5, False)])
+def test_an_effect_that_stays_where_it_began_is_idle(size: float, is_idle: bool) -> None:
+    """The sag of an upright joint was listed as 4.651e-16 rad with a deviation of .06."""
+    _, data, _ = yielding()
+    given = prepared_problem(bare_arm(), data, [], Noise((NOISE, 1e-4, NOISE)), 1)
+    start = Search(given).start
+    sags = [entry for entry in plain_models._of_all_joints(given, is_sag=True) if entry["owner"] == "joint2"]
+    model = with_entries(start, sags, given)
+    assert model is not None
+    (name,) = model.fit.added
+    theta = model.fit.theta.copy()
+    theta[model.fit.place(name)] = size
+    assert plain_models._is_idle(replace(model.fit, theta=theta), name) is is_idle
+
+
 def test_few_rows_show_no_motion_that_takes_all_their_freedom() -> None:
     """A base that wanders by a polynomial of degree 5 in each of its motions fits 25 rows exactly."""
     true = perturbed(bare_arm(), seed=5)
