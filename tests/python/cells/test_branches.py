@@ -116,7 +116,8 @@ def test_a_curve_is_of_a_joint_that_moves_the_tool(tmp_path: Path) -> None:
     way = loaded(cell, way_of(cell))
     robot = way.robot
     own = {f"joint{k + 1}" for k in range(robot.joint_count)} - {f"joint{k + 1}" for k in robot.beside}
-    problem = SimpleNamespace(start=SimpleNamespace(robot=robot), given=[])
+    moving = Dataset.from_arrays(np.random.default_rng(1).uniform(-1, 1, (9, robot.joint_count)))
+    problem = SimpleNamespace(start=SimpleNamespace(robot=robot), given=[], kept=moving)
     rivals = SimpleNamespace(search=SimpleNamespace(problem=problem))
     every = vars(Rivals)["every"].fget(rivals)
     assert {entry["owner"] for entry in every} == own
