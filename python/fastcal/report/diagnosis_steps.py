@@ -34,6 +34,16 @@ def next_steps(found: Diagnosis) -> list[str]:
                 "detected, and measure poses that show them."
             ),
         ]
+    if found.status == "predicts_worse":
+        return [
+            *misfits,
+            _(
+                "Do not compensate with model.yaml: other poses are predicted worse with it than by the geometry "
+                "alone. Measure poses in the whole range that the robot works in, and diagnose them together with "
+                "these."
+            ),
+            *_unsure(found.effects),
+        ]
     if found.verdict == "one_of":
         return [*misfits, *_one_of(found)]
     if found.verdict == "unexplained":

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import fastcal
 from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.periodic import fine_looks
+from fastcal.report.diagnosis_steps import next_steps
 
 from .rules.small_arm import SIGMA, arm
 
@@ -86,3 +87,4 @@ def test_what_makes_test_poses_worse_is_no_more_than_possible() -> None:
     assert [(of.label, of.grade) for of in found.effects] == [("reduction_ratio@joint2", "C")]
     assert "but the test poses are predicted worse with it" in found.sentence
     assert found.status == "predicts_worse"
+    assert next_steps(found)[0].startswith("Do not compensate with model.yaml: other poses are predicted worse with it")
