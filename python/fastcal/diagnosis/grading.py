@@ -18,7 +18,7 @@ from fastcal.diagnosis.held_out import folds
 from fastcal.diagnosis.held_out_gains import beyond, gains
 from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
 from fastcal.diagnosis.library import is_excluded
-from fastcal.diagnosis.moved_zeros import moved_zeros
+from fastcal.diagnosis.moved_zeros import moved_zeros, own_jump
 from fastcal.diagnosis.one_curve import is_one_curve
 from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike, slow_waves_alike
 from fastcal.diagnosis.projection import basis, score_tests
@@ -81,7 +81,7 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     gain = gains(search, state)[state.names.index(name)]
     rivals: tuple[Label, ...] = ()
     stability = 1.0
-    alike = moved_zeros(state, name)
+    alike = (*moved_zeros(state, name), *own_jump(state, name))
     if len(state.names) <= search.most:
         base = search.without(state, name)
         statistic = max(base.fit.remaining - state.fit.remaining, 0.0)  # Wald's stops at what is unsure of a load
@@ -275,7 +275,8 @@ def may_be_another(
         (found.follows_loads and not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
         (name.traits.without_masses, Because(Reason.NO_MASSES)),
     ]
-    return tuple(because for is_met, because in limits if is_met)
+    jumps = (because for because in found.alike if because.reason is Reason.OWN_JUMP)
+    return (*jumps, *(because for is_met, because in limits if is_met))
 
 
 def _sure_signal(found: Evidence, name: Hypothesis) -> float:

@@ -21,12 +21,16 @@ from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, Reason
 from fastcal.diagnosis.tail_probabilities import p_values
-from fastcal.diagnosis.variants import effect_has_moment, order_of_rows
+from fastcal.diagnosis.variants import effect_has_moment, jumps_with_posture, order_of_rows
+from fastcal.effects.entries import position_option
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import joint_name
+from fastcal.place import joint_name, source_of
+from fastcal.units import to_si
 
 if TYPE_CHECKING:
     from fastcal.diagnosis.search import SearchNode
+
+OTHER_JUMP_LOSS = 25.0  # chi square: five standard deviations
 
 
 def moved_zeros(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
@@ -59,6 +63,31 @@ def moved_zeros(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
     reason = Reason.ZERO_CREEPS if _creeps(name) else Reason.ZERO_JUMPED
     joints = tuple(BlockLabel(joint_name(int(joint)), name.traits.depends_on) for joint in moved)
     return (Because(reason, subjects=joints),) if joints else ()
+
+
+def own_jump(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
+    """The joint that decides, where it jumps itself: its encoder counts wrongly from that position on, and none beside.
+
+    By score tests at the fit, with the jump of the name put back: of one parameter each, the likelier is the cause, and
+    what is within OTHER_JUMP_LOSS of chi square may be.
+    """
+    if not jumps_with_posture(name.effect):
+        return ()
+    problem, decides = state.fit.problem, source_of(name.owner)
+    option, unit = position_option(problem.start.robot.joint_types[decides.index])
+    side = np.where(problem.kept.q[:, decides.index] > to_si(float(name.entry[option]), unit), 0.5, -0.5)
+    A, r, row = state.fit.whitened
+    own = state.fit.columns(name)
+    row = row[row >= 0]  # numbers that were measured come before priors
+    jump = np.zeros((len(A), 1))
+    turn = state.blocks.frames[joint_name(decides.index)]
+    jump[: len(row)] = decorrelated(problem, side[row, np.newaxis] * turn, row)
+    Q = basis(np.delete(A, own, axis=1))
+    scores = score_tests(Q, np.hstack([A[:, own], jump]), r + A[:, own] @ state.fit.value(name), [len(own), 1]).scores
+    of_name, of_jump = np.asarray(scores.statistic)
+    if of_jump < of_name - OTHER_JUMP_LOSS:
+        return ()
+    return (Because(Reason.OWN_JUMP, subjects=(BlockLabel(joint_name(decides.index), (decides.position,)),)),)
 
 
 def _creeps(name: Hypothesis) -> bool:

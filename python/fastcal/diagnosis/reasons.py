@@ -40,6 +40,7 @@ class Reason(Enum):
     NOISE_OVER_CLAIM = "more remains than the stated noise"
     SLOW_WAVE_ALIKE = "a slow wave fits equally well in a short range"
     ORDERS_ALIKE = "waves of other orders fit equally well"
+    OWN_JUMP = "the joint that decides may jump itself"
     ZERO_JUMPED = "a joint whose zero jumped looks the same"
     ZERO_CREEPS = "a joint whose zero drifts looks the same"
     CURVE_WITHOUT_NAME = "the error of a joint depends on its own position"
@@ -54,7 +55,14 @@ class Reason(Enum):
 
 # Reasons with which a finding of grade C may still be the right cause.
 MAY_BE_ANOTHER = frozenset(
-    [Reason.LOOKS_LIKE_OTHERS, Reason.UNSTABLE, Reason.IMPLAUSIBLE, Reason.NO_MASSES, Reason.SOMETHING_REMAINS]
+    [
+        Reason.LOOKS_LIKE_OTHERS,
+        Reason.UNSTABLE,
+        Reason.IMPLAUSIBLE,
+        Reason.NO_MASSES,
+        Reason.SOMETHING_REMAINS,
+        Reason.OWN_JUMP,
+    ]
 )
 
 

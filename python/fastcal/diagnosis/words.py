@@ -97,6 +97,7 @@ _REASONS = {
         "in the measured range of the joint a wave of order {orders} looks the same: measure more of its range"
     ),
     Reason.ORDERS_ALIKE: "orders {orders} look the same at these positions of the joint: measure between them",
+    Reason.OWN_JUMP: "a jump of {places} at this position of its own would fit as well: check its encoder",
     Reason.ZERO_JUMPED: "a jump of the zero of {places} looks the same: check its mastering",
     Reason.ZERO_CREEPS: "a drifting zero of {places} looks the same: check its mastering",
     Reason.OTHER_FORM: "another law would fit equally well: {subjects}",

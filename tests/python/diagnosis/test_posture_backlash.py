@@ -25,11 +25,26 @@ def test_a_diagnosis_names_the_joints_and_the_position(owner: int, joint: int, d
     assert found.verdict == "named"
     (name,) = found.effects
     assert (name.effect, name.owner) == ("posture_backlash", pair)
+    assert name.grade != "C"
     own = np.degrees(q[:, joint - 1])
     assert own[own <= deg].max() < name.parameters["at_deg"].value < own[own > deg].min()
     gap = name.parameters["gap_rad"]
     assert gap.std is not None
     assert gap.value == pytest.approx(1e-3, abs=4 * gap.std)
+
+
+def test_a_joint_that_jumps_itself_is_not_named_as_another_one() -> None:
+    """An encoder that loses counts at a position: a joint of parallel axis that jumps there was named, with grade A."""
+    nominal = fastcal.load_robot("siasun_sr210d")
+    q = fastcal.random_poses(nominal, 100, seed=2)
+    jumped = q.copy()
+    jumped[:, 2] += 4e-4 * (q[:, 2] > np.quantile(q[:, 2], 0.6))
+    seen = fastcal.simulate(perturbed(nominal, seed=2), fastcal.Dataset.from_arrays(jumped), noise=4e-5, seed=2)
+    found = fastcal.diagnose(nominal, fastcal.Dataset.from_arrays(q, position=seen.position))
+    (name,) = found.effects
+    assert (name.label, name.grade) == ("posture_backlash@joint2<-joint3", "C")
+    assert name.reasons[0] == "a jump of joint 3 at this position of its own would fit as well: check its encoder"
+    assert "the cause may be another one" in found.sentence
 
 
 def test_a_jump_leaves_enough_rows_on_either_side() -> None:

@@ -27,6 +27,7 @@ SHARED = {
     Reason.LOAD_MODIFIER: "it may reflect the form of a large load effect",
     Reason.ORDERS_ALIKE: "look the same at these positions of the joint",
     Reason.SLOW_WAVE_ALIKE: "looks the same",
+    Reason.OWN_JUMP: "would fit as well",
     Reason.ZERO_JUMPED: "looks the same: check its mastering",
     Reason.ZERO_CREEPS: "looks the same: check its mastering",
     Reason.NOT_HELD_OUT: "held-out poses are not predicted clearly better with it",
