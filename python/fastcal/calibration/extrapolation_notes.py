@@ -4,6 +4,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
 from fastcal.calibration.data_notes import covered, ranges
 from fastcal.effects.entries import core_options, label, traits_of
 from fastcal.measurements.dataset import Dataset
@@ -78,49 +83,49 @@ def _beyond_its_times(entry: Spec, data: Dataset) -> list[str]:
 
 def _far_temperatures(robot: Robot, data: Dataset) -> list[str]:
     """Farther outside of the temperatures of the fit than these lie apart: a line through them says little there."""
-    name = "temperature_c"
-    here = ranges(robot, data).get(name)
-    if robot.record is None or here is None or name not in robot.record.covered or not warmed(robot):
+    if not warmed(robot):
         return []
-    low, high = robot.record.covered[name]
-    outside = (here < 2 * low - high) | (here > 2 * high - low)
-    if high - low <= STILL["c"] or not outside.any():
+    numbers = _far_outside(robot, data, "temperature_c", lambda low, high: (2 * low - high, 2 * high - low))
+    if not numbers:
         return []
     return [
         said(
             "the temperature is far outside the {low:.4g} to {high:.4g} deg C that the model was fitted on in {rows} "
             "rows ({least:.4g} to {most:.4g} deg C in all)",
-            low=float(low),
-            high=float(high),
-            rows=int(outside.sum()),
-            least=float(here.min()),
-            most=float(here.max()),
+            **numbers,
         )
     ]
 
 
 def _heavy_payloads(robot: Robot, data: Dataset) -> list[str]:
     """More than twice the heaviest of the fit, as where they are given in another unit."""
-    name = "payload_kg"
-    here = ranges(robot, data).get(name)
-    yields = any(not _LOADS.isdisjoint(traits_of(entry["effect"]).depends_on) for entry in robot.entries)
-    if robot.record is None or here is None or name not in robot.record.covered or not yields:
+    if all(_LOADS.isdisjoint(traits_of(entry["effect"]).depends_on) for entry in robot.entries):
         return []
-    low, high = robot.record.covered[name]
-    outside = here > 2 * high
-    if high - low <= STILL["kg"] or not outside.any():
+    numbers = _far_outside(robot, data, "payload_kg", lambda low, high: (-np.inf, 2 * high))
+    if not numbers:
         return []
     return [
         said(
             "the payload is far outside the {low:.4g} to {high:.4g} kg that the model was fitted on in {rows} rows "
             "({least:.6g} to {most:.6g} kg in all)",
-            low=float(low),
-            high=float(high),
-            rows=int(outside.sum()),
-            least=float(here.min()),
-            most=float(here.max()),
+            **numbers,
         )
     ]
+
+
+def _far_outside(
+    robot: Robot, data: Dataset, name: str, limits: Callable[[float, float], tuple[float, float]]
+) -> dict[str, Any]:
+    """A column's range in the fit and here, and how many rows lie beyond the limits that its fit sets; empty: none."""
+    here = ranges(robot, data).get(name)
+    if robot.record is None or here is None or name not in robot.record.covered:
+        return {}
+    low, high = map(float, robot.record.covered[name])
+    least, most = limits(low, high)
+    rows = int(np.sum((here < least) | (here > most)))
+    if high - low <= STILL[name.rsplit("_", 1)[1]] or not rows:
+        return {}
+    return {"low": low, "high": high, "rows": rows, "least": float(here.min()), "most": float(here.max())}
 
 
 def still_joints(robot: Robot, data: Dataset) -> list[str]:

@@ -106,6 +106,7 @@ def never_worse(
         if pull and best is not None:
             break
         again = refit(other, **pull)
+        # Beside a fit that converged and leaves few rows out, another must hold on all of them.
         out = np.asarray([] if few and found.status == "converged" else again.outliers, dtype=np.intp)
         if again.status != "converged" or _is_worse(errors, again, out, judged):
             continue
