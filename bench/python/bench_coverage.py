@@ -47,7 +47,7 @@ POSES = 200
 NOISE = to_si(0.03, "mm")
 GROUPS = "groups of three"
 SCALE = "measurement_scale"  # needs known lengths: identified by itself, without geometry
-POSTURE = "posture_backlash"  # counted alone: the groups of the record were drawn before it
+POSTURE = ("posture_backlash", "encoder_jump")  # counted alone: the groups of the record were drawn before them
 
 # Where on the arm each effect is visible.
 OWNERS: dict[str, tuple[str, ...]] = {
@@ -60,6 +60,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "compensator_spring": ("@joint2",),
     "coupling_ratio": ("@joint3<-joint2", "@joint5<-joint4", "@joint6<-joint4", "@joint6<-joint5"),
     "current_compliance": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
+    "encoder_jump": ("@joint1", "@joint2", "@joint3", "@joint5"),
     "gear_harmonic": ("@joint1:order=2", "@joint3:order=2", "@joint4:order=1", "@joint5:order=2:side=motor"),
     "joint_compliance": ("@joint2", "@joint3", "@joint4", "@joint5"),
     "joint_compliance_nonlinear": ("@joint2", "@joint3"),
@@ -71,7 +72,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     SCALE: ("@instrument",),
     "payload_com": ("@payload",),
     "payload_mass": ("@payload",),
-    POSTURE: ("@joint1<-joint2", "@joint3<-joint5", "@joint5<-joint3", "@joint2<-joint1"),
+    "posture_backlash": ("@joint1<-joint2", "@joint3<-joint5", "@joint5<-joint3", "@joint2<-joint1"),
     "range_step": ("@instrument",),
     "range_wave": ("@instrument:period_mm=700",),
     "reduction_ratio": ("@joint1", "@joint2", "@joint3", "@joint4", "@joint5", "@joint6"),
@@ -167,7 +168,7 @@ def drawn(entry: Spec, random: np.random.Generator) -> Spec:
         return entry | {"parameters": {"amplitude_rad": random.uniform(1e-4, 5e-4), "phase_rad": random.uniform(-3, 3)}}
     if name in ("base_step", "range_step", "tool_step", "zero_step"):
         entry = entry | {"at_s": random.uniform(4000.0, 10000.0)}
-    if name == POSTURE:
+    if name in POSTURE:
         low, high = from_si(arm().limits[int(entry["owner"][-1]) - 1], "deg")
         entry = entry | {"at_deg": low + random.uniform(0.25, 0.75) * (high - low)}
     (effect,) = build_effects([entry], arm().core)
@@ -207,7 +208,7 @@ def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
     random = np.random.default_rng([zlib.crc32(label.encode()), seed])
     names = [label]
     if label == GROUPS:
-        drawn_from = [name for name in OWNERS if name not in (SCALE, POSTURE)]
+        drawn_from = [name for name in OWNERS if name not in (SCALE, *POSTURE)]
         names = sorted(random.choice(drawn_from, 3, replace=False).tolist())
     asked = [name + str(random.choice(OWNERS[name])) for name in names]
     soft = [name.partition("@")[2] for name in asked if name.startswith("joint_compliance")]

@@ -54,6 +54,7 @@ FIGURES: tuple[Callable[[], Figure], ...] = (
     scanned.tool_step,
     scanned.zero_step,
     scanned.posture_backlash,
+    scanned.encoder_jump,
     scanned.range_step,
     scanned.range_wave,
     scanned.thermal_spring,

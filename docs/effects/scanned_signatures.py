@@ -34,6 +34,13 @@ def posture_backlash() -> Figure:
     return Figure("q2 [deg]", "joint 1 [mrad]", way, [("gap 1e-3 rad at -72 deg", joint_error(model, 1, q))])
 
 
+def encoder_jump() -> Figure:
+    """A step over the joint's own position."""
+    way, q = over_joint(2, -127, 142)
+    model = having("encoder_jump", "joint2", {"jump_rad": 1e-3}, at_deg=-72.0)
+    return Figure("q2 [deg]", "joint 2 [mrad]", way, [("jump 1e-3 rad at -72 deg", joint_error(model, 2, q))])
+
+
 def range_step() -> Figure:
     """A step in time along the line of sight."""
     model = having("range_step", "instrument", {"step_mm": 0.05}, at_s=6000.0)

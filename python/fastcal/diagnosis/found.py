@@ -264,6 +264,8 @@ class Found:
     ) -> Finding:
         name, proof = self.best.names[at], proofs[at]
         others = tuple(dict.fromkeys(replacement(self.best, state).key for state in equivalents))
+        if jumps_itself(name):  # between two rows nobody saw whether it jumps or bends
+            others = (*others, (curve_of("joint"), name.owner))
         grade, limits = grading.grade(
             proof, name, others, remaining is not None or len(self.best.names) > self.search.most
         )

@@ -21,7 +21,7 @@ from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, Reason
 from fastcal.diagnosis.tail_probabilities import p_values
-from fastcal.diagnosis.variants import effect_has_moment, jumps_with_posture, order_of_rows
+from fastcal.diagnosis.variants import effect_has_moment, jumps_itself, jumps_with_posture, order_of_rows
 from fastcal.effects.entries import position_option
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_name, source_of
@@ -71,7 +71,7 @@ def own_jump(state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
     By score tests at the fit, with the jump of the name put back: of one parameter each, the likelier is the cause, and
     what is within OTHER_JUMP_LOSS of chi square may be.
     """
-    if not jumps_with_posture(name.effect):
+    if not jumps_with_posture(name.effect) or jumps_itself(name):
         return ()
     problem, decides = state.fit.problem, source_of(name.owner)
     option, unit = position_option(problem.start.robot.joint_types[decides.index])

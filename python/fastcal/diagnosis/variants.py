@@ -144,6 +144,11 @@ def jumps_with_posture(effect: str) -> bool:
     return traits_of(effect).searched == "at_deg"
 
 
+def jumps_itself(name: Hypothesis) -> bool:
+    """Is it a jump with the joint's own position, and not with another one's?"""
+    return jumps_with_posture(name.effect) and source_of(name.owner) == place_of(name.owner)
+
+
 def _positions(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """Positions of the joint that decides; the search goes on from the best of them to the best between two rows."""
     positions = data.q[:, source_of(bare["owner"]).index]

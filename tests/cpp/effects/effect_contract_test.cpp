@@ -269,28 +269,21 @@ INSTANTIATE_TEST_SUITE_P(All, EffectContract, testing::ValuesIn(names_on_this_ar
 
 /// Effects register themselves: were their files dropped by a linker, nobody would say so.
 TEST(EffectRegistry, HoldsTheseNames) {
-  const std::vector<std::string> expected{"backlash",           "base_drift",
-                                          "base_settling",      "base_step",
-                                          "beam_gravity",       "bearing_tilt",
-                                          "compensator_spring", "coupling_ratio",
-                                          "current_compliance", "friction",
-                                          "gear_harmonic",      "gravity_sag",
-                                          "joint_compliance",   "joint_compliance_nonlinear",
-                                          "joint_profile",      "link_bending",
-                                          "link_com",           "link_mass",
-                                          "link_torsion",       "measurement_scale",
-                                          "payload_com",        "payload_mass",
-                                          "pin_compliance",     "pin_slack",
-                                          "posture_backlash",   "range_step",
-                                          "range_wave",         "reduction_ratio",
-                                          "regressor",          "rod_compliance",
-                                          "rod_slack",          "settling",
-                                          "station_offset",     "surrogate",
-                                          "thermal_base",       "thermal_bending",
-                                          "thermal_expansion",  "thermal_offset",
-                                          "thermal_spring",     "tool_shift",
-                                          "tool_step",          "tracker_angle",
-                                          "tracker_range",      "zero_step"};
+  const std::vector<std::string> expected{"backlash",           "base_drift",        "base_settling",
+                                          "base_step",          "beam_gravity",      "bearing_tilt",
+                                          "compensator_spring", "coupling_ratio",    "current_compliance",
+                                          "encoder_jump",       "friction",          "gear_harmonic",
+                                          "gravity_sag",        "joint_compliance",  "joint_compliance_nonlinear",
+                                          "joint_profile",      "link_bending",      "link_com",
+                                          "link_mass",          "link_torsion",      "measurement_scale",
+                                          "payload_com",        "payload_mass",      "pin_compliance",
+                                          "pin_slack",          "posture_backlash",  "range_step",
+                                          "range_wave",         "reduction_ratio",   "regressor",
+                                          "rod_compliance",     "rod_slack",         "settling",
+                                          "station_offset",     "surrogate",         "thermal_base",
+                                          "thermal_bending",    "thermal_expansion", "thermal_offset",
+                                          "thermal_spring",     "tool_shift",        "tool_step",
+                                          "tracker_angle",      "tracker_range",     "zero_step"};
   EXPECT_EQ(effect_names(), expected);
 }
 

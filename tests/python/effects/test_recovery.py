@@ -30,6 +30,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, float]]] = {
     "backlash@joint2:side=load:width_nm=5": ({"side": "load", "width_nm": 5.0}, {"load_gap_rad": 5e-4}),
     "posture_backlash@joint1<-joint2": ({"at_deg": -72.0}, {"gap_rad": 6e-4}),
     "posture_backlash@joint5<-joint3": ({"at_deg": -25.0}, {"gap_rad": -8e-4}),
+    "encoder_jump@joint3": ({"at_deg": -25.0}, {"jump_rad": 6e-4}),
     "thermal_expansion@robot": ({"t0_c": 25.0}, {"coefficient_1_k": 1.7e-5}),
     "thermal_expansion@link2": ({"t0_c": 25.0}, {"coefficient_1_k": 2.3e-5}),
     "thermal_offset@joint3": ({"t0_c": 25.0}, {"rad_k": 1.5e-5}),
@@ -89,7 +90,7 @@ def test_the_truth_is_found_within_its_deviations(asked: str, arm: Robot, poses:
         before, after = poses.time[poses.time < 6543.0].max(), poses.time[poses.time >= 6543.0].min()
         assert at["value"] == pytest.approx((before + after) / 2)
         assert at["std"] == pytest.approx((after - before) / 12**0.5)
-    if name == "posture_backlash":
+    if name in ("posture_backlash", "encoder_jump"):
         at, q = entry["parameters"]["at_deg"], np.degrees(poses.q[:, int(owner[-1]) - 1])
         before, after = q[q <= options["at_deg"]].max(), q[q > options["at_deg"]].min()
         assert at["value"] == pytest.approx((before + after) / 2)
