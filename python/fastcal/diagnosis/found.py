@@ -19,7 +19,7 @@ from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.gap import GapStep
 from fastcal.diagnosis.heavy_tails import weighed
-from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.hypothesis import Hypothesis, Key
 from fastcal.diagnosis.library import Library, build_library
 from fastcal.diagnosis.many_rows import on_all_rows
 from fastcal.diagnosis.memory import with_memory_named
@@ -45,6 +45,7 @@ from fastcal.diagnosis.rounds import claimed
 from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.sure_names import Told, replacement
 from fastcal.diagnosis.tail_probabilities import p_values
+from fastcal.diagnosis.variants import jumps_itself
 from fastcal.diagnosis.words import noise_doubts, sentence_of
 from fastcal.effects.entries import curve_of, label
 from fastcal.measurements.dataset import Dataset
@@ -254,6 +255,11 @@ class Found:
             return adaptation.robot_of(self.told_fit, self.level.sigma)
         return model
 
+    def _others(self, name: Hypothesis, equivalents: list[SearchNode]) -> tuple[Key, ...]:
+        """What would do as well as a name; a curve of the joint for a jump, which may bend between two rows."""
+        keys = dict.fromkeys(replacement(self.best, state).key for state in equivalents)
+        return (*keys, (curve_of("joint"), name.owner)) if jumps_itself(name) else tuple(keys)
+
     def _finding(
         self,
         at: int,
@@ -263,9 +269,7 @@ class Found:
         remaining: Unexplained | None,
     ) -> Finding:
         name, proof = self.best.names[at], proofs[at]
-        others = tuple(dict.fromkeys(replacement(self.best, state).key for state in equivalents))
-        if jumps_itself(name):  # between two rows nobody saw whether it jumps or bends
-            others = (*others, (curve_of("joint"), name.owner))
+        others = self._others(name, equivalents)
         grade, limits = grading.grade(
             proof, name, others, remaining is not None or len(self.best.names) > self.search.most
         )
