@@ -46,24 +46,26 @@ def searched(
 ) -> tuple[rivals.Rivals, SearchNode, NoiseLevel]:
     """The rivals of a search, its best set, and the noise that this shows; begun again where that differs from before.
 
-    Where names are hopeless, none is searched for, and once more with the waves of the scan among them. A search that
-    was cut short begins again once, where a scan names what it lacked.
+    Where names are hopeless, none is searched for, and once more with the waves of the scan among them; they are not
+    where the search before found a set that suffices. A search that was cut short begins again once, where a scan names
+    what it lacked.
 
     Of rows without times, steps are looked for in what passes for noise too (`steps_in_noise`): noise that was steps
     remembers nothing once they are named; what still does would have been cut into steps by their moments.
     """
     given, known = problem, level
     plain = rivals.Rivals(Search(problem, notify))
-    was_hopeless = was_cut_short = False
+    was_hopeless = was_cut_short = has_sufficed = False
     for round_ in range(MAX_SEARCHES):
         again: Problem | None
-        if plain.names_are_hopeless:
+        if not has_sufficed and plain.names_are_hopeless:
             best = plain.search.start
             more = [] if was_hopeless else _scanned(plain.search, best)
             again = _with_names(problem, more) if more else None
             was_hopeless = True
         else:
             best = _best(plain.search.grow())
+            has_sufficed = best.suffices
             again, level = _again(plain.search, best, sigma, steps_in_noise=steps_in_noise)
             if plain.search.is_cut_short:
                 has_more = again is not None and len(again.names) > len(problem.names)
