@@ -66,10 +66,11 @@ def test_a_curve_over_time_is_written_for_a_drift(record: Set) -> None:
 
 
 def test_a_slow_name_that_another_may_replace_leads_in_the_last_rows(record: Set) -> None:
-    """A step for a gear whose name is excluded, 15 % worse; and one that does lead."""
+    """A step for a gear whose name is excluded was 15 % worse: now its joint is told. And one that does lead."""
     found = record(9113, 928)
-    assert found.said == ["B base_step@base 7.6 | base_drift@base"]
-    assert found.model_um == found.geometry_um
+    assert found.truth == ["reduction_ratio@joint5"]
+    assert found.said == ["C encoder_jump@joint5 7.4 | joint_profile@joint5"]
+    assert found.model_um < 0.7 * found.geometry_um
     found = record(9113, 1420)
     assert found.said == ["B thermal_expansion@link1 13.8 | base_drift@base"]
     assert found.model_um < 0.5 * found.geometry_um
