@@ -49,7 +49,9 @@ def pairs_by_name(poses: Sequence[str], points: Sequence[str]) -> NamePairs | No
         if (coarseness == len(_KEYS) - 1 or numeric) and _counts_otherwise(poses, points):
             continue
         pairs = _paired(poses, points, key)
-        if pairs is not None and (found is None or len(pairs) > len(found.pairs)):
+        if pairs is None or (found is not None and len(pairs) <= len(found.pairs)):
+            continue
+        if found is None or not any(_differ(poses[i], points[j]) for i, j in {*pairs} - {*found.pairs}):
             found = NamePairs(pairs, coarseness)
     return found
 
@@ -124,6 +126,12 @@ def _parts(name: str) -> tuple[str, ...]:
     """Its words and numbers, without marks and padding zeros."""
     parts = re.findall(r"\d+|[^\W\d_]+", _same(name))
     return tuple(part.lstrip("0") or "0" if part.isdigit() else part for part in parts)
+
+
+def _differ(pose: str, point: str) -> bool:
+    """Whether both names hold several numbers that are not the same: 1-1 is not 2-1."""
+    both = [[part for part in _parts(name) if part.isdigit()] for name in (pose, point)]
+    return min(map(len, both)) > 1 and both[0] != both[1]
 
 
 def _number(name: str) -> str:

@@ -166,6 +166,15 @@ def written(name: str, rng: random.Random) -> str:
     return name.replace("_0", "_") if way == 4 else name
 
 
+def test_names_that_differ_in_another_number_are_no_pair() -> None:
+    """Where 1-1 had no partner it was paired with 2-1, which has the same last number."""
+    poses = ["1-7", "1-8", "1-1", "1-6", "1-5", "1-4", "1-3", "1-9"]
+    points = ["1-6", "1-2", "1-5", "1-3", "1-4", "1-7", "2-1", "1-9"]
+    found = pairs_by_name(poses, points)
+    assert found is not None
+    assert sorted((poses[i], points[j]) for i, j in found.pairs) == [(n, n) for n in sorted({*poses} & {*points})]
+
+
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.randoms(use_true_random=False), st.integers(6, 40), st.sampled_from(["text", "parts", "number", "float"]))
 def test_no_pair_of_shuffled_labels_is_wrong(rng: random.Random, count: int, kind: str) -> None:
