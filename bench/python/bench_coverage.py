@@ -47,7 +47,7 @@ POSES = 200
 NOISE = to_si(0.03, "mm")
 GROUPS = "groups of three"
 SCALE = "measurement_scale"  # needs known lengths: identified by itself, without geometry
-POSTURE = ("posture_backlash", "encoder_jump")  # counted alone: the groups of the record were drawn before them
+AT_A_POSITION = ("posture_backlash", "encoder_jump")  # counted alone: the groups of the record were drawn before them
 
 # Where on the arm each effect is visible.
 OWNERS: dict[str, tuple[str, ...]] = {
@@ -168,7 +168,7 @@ def drawn(entry: Spec, random: np.random.Generator) -> Spec:
         return entry | {"parameters": {"amplitude_rad": random.uniform(1e-4, 5e-4), "phase_rad": random.uniform(-3, 3)}}
     if name in ("base_step", "range_step", "tool_step", "zero_step"):
         entry = entry | {"at_s": random.uniform(4000.0, 10000.0)}
-    if name in POSTURE:
+    if name in AT_A_POSITION:
         low, high = from_si(arm().limits[int(entry["owner"][-1]) - 1], "deg")
         entry = entry | {"at_deg": low + random.uniform(0.25, 0.75) * (high - low)}
     (effect,) = build_effects([entry], arm().core)
@@ -208,7 +208,7 @@ def trial(label: str, seed: int, loss: str) -> list[Miss] | None:
     random = np.random.default_rng([zlib.crc32(label.encode()), seed])
     names = [label]
     if label == GROUPS:
-        drawn_from = [name for name in OWNERS if name not in (SCALE, *POSTURE)]
+        drawn_from = [name for name in OWNERS if name not in (SCALE, *AT_A_POSITION)]
         names = sorted(random.choice(drawn_from, 3, replace=False).tolist())
     asked = [name + str(random.choice(OWNERS[name])) for name in names]
     soft = [name.partition("@")[2] for name in asked if name.startswith("joint_compliance")]

@@ -61,7 +61,7 @@ def owner_of(places: Iterable[Place]) -> str:
 
 
 def source_of(owner: str) -> Place:
-    """The joint behind the arrow of a pair, which acts on the one before it: joint2 of "joint1<-joint2"; else it."""
+    """The joint that acts: the one behind the arrow of a pair, joint2 of "joint1<-joint2"; else the owner."""
     return place_of(owner.partition("<-")[2] or owner)
 
 

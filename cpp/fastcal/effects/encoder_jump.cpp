@@ -4,6 +4,7 @@
 // Encoder jump: from a position of joint n on it stands elsewhere than its encoder says,
 //   dq_n = s jump / 2,   s = 1 where q_n > at, else -1;
 // `at` [rad, m] is a position of the same joint. Half of it on either side: the mean belongs to the joint's zero.
+// Source: the law of posture backlash (posture_backlash.cpp), where the joint itself decides.
 #include <limits>
 
 #include "fastcal/effects/owners.hpp"

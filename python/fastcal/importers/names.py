@@ -35,7 +35,8 @@ def pairs_by_name(poses: Sequence[str], points: Sequence[str]) -> NamePairs | No
 
     A name that comes several times in both lists is paired in order; where one pose was measured several times, all its
     points go to it. Names that agree in their numbers alone are taken only if the numbers name the rows: two lists that
-    count their rows without a gap do not say which rows one of them lacks, or from where it counts.
+    count their rows without a gap do not say which rows one of them lacks, or from where it counts. They add none to
+    pairs of like names where both hold several numbers that are not the same: 1-1 is not 2-1.
 
     Args:
         poses: The names of the poses.
