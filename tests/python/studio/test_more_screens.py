@@ -158,6 +158,10 @@ def test_program_before_and_after(look: Any, studio: Any) -> None:
     repeat(look.get("command").inner_text(), studio.folder)
     # A program that was compensated already is refused with a sentence.
     look.drop("program", studio.folder / "programs" / "demo.script")
+    for _ in range(600):  # a click before it has arrived would compensate the old one
+        if (studio.folder / "inputs" / "demo.script").read_text() == written:
+            break
+        page.wait_for_timeout(100)
     look.get("compensate").click()
     look.get("refused").filter(has_text="was compensated already").wait_for()
 
