@@ -300,9 +300,10 @@ void RowBlock::rotate_twists(int frame, std::vector<kernels::TwistRows*>& twists
 }
 
 Pose RowBlock::frame(int frame, int i) const {
+  const double* parts = pose_parts(frame, i);
   Pose out;
-  for (int k = 0; k < 9; ++k) out.R(k % 3, k / 3) = pose_part(frame, i, k);
-  for (int k = 0; k < 3; ++k) out.p[k] = pose_part(frame, i, 9 + k);
+  for (int k = 0; k < 9; ++k) out.R(k % 3, k / 3) = parts[k * kernels::kGroup];
+  for (int k = 0; k < 3; ++k) out.p[k] = parts[(9 + k) * kernels::kGroup];
   return out;
 }
 

@@ -94,6 +94,15 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
   for (std::size_t b = tree.branches().size(); b-- > 0;) {
     const Branch& branch = tree.branches()[b];
     Wrench sum, held, payload;
+    const auto collect = [&](int frame) {
+      sum.add(on[static_cast<std::size_t>(frame)].all);
+      held.add(on[static_cast<std::size_t>(frame)].payloads);
+    };
+    const auto write = [&](int frame) {
+      const Pose& T = T_world_frame[static_cast<std::size_t>(frame)];
+      sum.write(T, load + 6 * frame);
+      if (carries) held.write(T, payload_load + 6 * frame);
+    };
     if (branch.arm >= 0) {
       const Pose& base = T_world_frame[static_cast<std::size_t>(tree.is_arm() ? kBaseFrame : branch.first_frame)];
       const auto hung = [&](const State& own) {
@@ -102,28 +111,32 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
       payload = branch.arm == 0 ? hung(state) : hung(state.of_arm(branch.arm));
       carries = carries || !payload.force.isZero(0) || !payload.moment.isZero(0);
     }
-    for (int frame = branch.end() - 1; frame >= branch.first_frame; --frame) {
-      const auto f = static_cast<std::size_t>(frame);
-      const Pose& T = T_world_frame[f];
-      if (!on.empty()) {
-        sum.add(on[f].all);
-        held.add(on[f].payloads);
+    int frame = branch.end() - 1;
+    if (branch.arm >= 0) {
+      // The payload hangs behind the flange: on the tool weighs what stands on it, and of a serial arm nothing does.
+      if (on.empty()) {
+        std::fill_n(load + 6 * frame, 6, 0.0);
+        if (carries) std::fill_n(payload_load + 6 * frame, 6, 0.0);
+      } else {
+        collect(frame);
+        write(frame);
       }
+      sum.add(payload);
+      held.add(payload);
+      --frame;
+    }
+    for (; frame >= branch.first_frame; --frame) {
+      if (!on.empty()) collect(frame);
       if (const int joint = tree.joint(frame); joint >= 0) {
         const auto i = static_cast<std::size_t>(joint);
         const Body& body = robot.bodies[i];
         const double mass = body.mass + (state.weights != nullptr ? state.weights->mass[joint] : 0);
         Eigen::Vector3d moment = mass * body.com;
         if (state.weights != nullptr) moment += state.weights->moment.col(joint);
-        if (mass != 0 || !moment.isZero(0)) sum.add_weight(mass, moment, T * chain.body_frames[i], gravity);
+        if (mass != 0 || !moment.isZero(0))
+          sum.add_weight(mass, moment, T_world_frame[static_cast<std::size_t>(frame)] * chain.body_frames[i], gravity);
       }
-      sum.write(T, load + 6 * frame);
-      if (carries) held.write(T, payload_load + 6 * frame);
-      // The payload hangs behind the flange.
-      if (branch.arm >= 0 && frame == branch.end() - 1) {
-        sum.add(payload);
-        held.add(payload);
-      }
+      write(frame);
     }
     if (branch.parent != kWorldFrame) {
       on[static_cast<std::size_t>(branch.parent)].all.add(sum);
