@@ -166,6 +166,17 @@ def test_the_table_of_hand_eyes_is_that_of_its_record() -> None:
         assert f"{counts}| {shift:.2f} | {turn:.2f} | {better} of {len(told)} |" in text
 
 
+def test_the_table_of_other_hand_eyes_is_that_of_its_record() -> None:
+    text, levels = page("benchmarks.md"), record("bench_kinhec_47001.json")["levels"]
+    for track in dict.fromkeys(of["track"] for of in levels):
+        own = [of for of in levels if of["track"] == track]
+        told = [of for of in own if not of["undetermined"]]
+        times = {u: [of[u] / of[f"best_{u}"] for of in told] for u in ("mm", "deg")}
+        better = sum(ratio <= 1 for ratio in times["mm"])
+        row = f"| {track} | {len(told)} of {len(own)} | {np.median(times['mm']):.2f} | {np.median(times['deg']):.2f} "
+        assert f"{row}| {better} of {len(told)} | {max(times['mm']):.2f} |" in text
+
+
 def test_the_table_of_arms_that_are_wrong_is_that_of_its_record() -> None:
     text, found = page("benchmarks.md"), record("bench_kinhec_robot_error.json")
     joints = {of["level"]: of for of in found["with_joints"]}

@@ -88,7 +88,8 @@ class Corner : public Observation {
     Eigen::Vector3d camera_turn, camera_shift, board_turn, board_shift;
     unpack(eye, unknowns, camera_turn, camera_shift);
     unpack(seen, unknowns, board_turn, board_shift);
-    const Eigen::Matrix3d R_camera_turn = exp_so3(camera_turn), R_board_turn = exp_so3(board_turn);
+    const Turn &camera_by = turned(camera_turn, out.turns[0]), &board_by = turned(board_turn, out.turns[1]);
+    const Eigen::Matrix3d &R_camera_turn = camera_by.R, &R_board_turn = board_by.R;
     const Pose T_world_given = board_frame * board.T_frame_own;
     const Eigen::Vector3d p_world = T_world_given * (R_board_turn * corner + board_shift);
     const Pose T_world_camera = camera_frame * camera.T_frame_own * Pose{R_camera_turn, camera_shift};
@@ -116,15 +117,14 @@ class Corner : public Observation {
     out.second_count = seen.count;
     if (eye.placed) {
       out.by_unknown.topLeftCorner<2, 3>() = -drawn.by_point * R_camera_turn.transpose();
-      out.by_unknown.block<2, 3>(0, 3) = drawn.by_point * skew(p) * right_jacobian_so3(camera_turn);
+      out.by_unknown.block<2, 3>(0, 3) = drawn.by_point * skew(p) * camera_by.J_r;
     }
     if (own_intrinsics > 0)
       out.by_unknown.block(0, eye.placed ? 6 : 0, 2, own_intrinsics) = drawn.by_intrinsic.leftCols(own_intrinsics);
     if (seen.placed) {
       const Eigen::Matrix<double, 2, 3> by_board = by_world * T_world_given.R;
       out.by_unknown.block<2, 3>(0, eye.count) = by_board;
-      out.by_unknown.block<2, 3>(0, eye.count + 3) =
-          -by_board * R_board_turn * skew(corner) * right_jacobian_so3(board_turn);
+      out.by_unknown.block<2, 3>(0, eye.count + 3) = -by_board * R_board_turn * skew(corner) * board_by.J_r;
     }
   }
 
@@ -241,6 +241,12 @@ class Corner : public Observation {
     if (!own.placed) return;
     shift = Eigen::Map<const Eigen::Vector3d>(unknowns + own.first);
     turn = Eigen::Map<const Eigen::Vector3d>(unknowns + own.first + 3);
+  }
+
+  /// exp(w) and its right Jacobian, worked out where w is not that of the reading before.
+  static const Turn& turned(const Eigen::Vector3d& w, Turn& known) {
+    if (known.w != w) known = {w, exp_so3(w), right_jacobian_so3(w)};
+    return known;
   }
 
   static void pack(const Own& own, const Pose& given, const Pose& found, Eigen::Ref<Eigen::VectorXd> unknowns) {
