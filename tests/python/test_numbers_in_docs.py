@@ -28,6 +28,8 @@ ROOT = Path(__file__).parents[2]
 RECORDS = ROOT / "bench" / "python"
 WORDS = {"two": 2, "three": 3, "four": 4, "five": 5, "ten": 10, "twenty": 20}
 
+TORSOS = json.loads((RECORDS / "bench_torsos.json").read_text(encoding="utf-8"))["sums"]
+
 # Page, the words about the number, and what it is.
 QUOTED = [
     ("monitoring.md", r"come to rest after (\S+) steps", refit._ROUNDS),
@@ -35,6 +37,8 @@ QUOTED = [
     ("monitoring.md", r"Within (\S+) standard deviations of a coordinate", check.GUARD),
     ("monitoring.md", r"may be off by (\S+) events", refit.EVENT_SIZES),
     ("monitoring.md", r"over (\S+) postures of the joint ranges", common_gauge.POSTURES),
+    ("benchmarks.md", r"less than 1.1 in (\S+) of 25", TORSOS["within_1.1"]),
+    ("benchmarks.md", r"and in (\S+) of 25 where it has none", TORSOS["named_without"]),
     ("measurement-files.md", r"a CSV of more than (\S+) MB", long_files.LONG_BYTES / 1e6),
     ("measurement-files.md", r"a Parquet file of more than (\S+) million cells", long_files.LONG_CELLS / 1e6),
 ]

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Inverse kinematics of arms that branch or have closed loops: Newton on the joints that motors move, the loops closed
-// in every posture. With fewer than six such joints the point is reached, and of the turn what they can.
+// in every posture. With fewer than six such joints the point is reached, and of the turn what they can. A long step
+// may lead through a fold of the loops into another way of assembly, where the motors alone do not bring the robot.
 #include <algorithm>
 
 #include "fastcal/ik/row_solver.hpp"
+#include "fastcal/robot/assembly.hpp"
 
 namespace fastcal {
 namespace {
@@ -14,6 +16,9 @@ constexpr int kEvaluations = 120;
 constexpr double kTurnCounts = 1e-4;  // beside the point, of an arm of fewer than six joints
 constexpr double kTurnLeft = 0.035;   // [rad] more than that is another pose; less may be its own error
 constexpr double kSingular = 1e-6;    // as of a chain
+constexpr double kAtLimit = 1e-9;     // [rad], [m]
+constexpr double kTurnGained = 1e-6;  // [rad] beyond a limit: less is rounding
+constexpr double kSamePlace = 1e-4;   // [rad], [m] of passive joints: the same way of assembly
 
 }  // namespace
 
@@ -27,11 +32,47 @@ IkStatus RowSolver::finish_tree(const IkRow& row, ModelFrames& frames, bool may_
     goal.tolerance_rotation = 0;  // to the end: what is left of the turn is least there
   }
   int evaluations = 0;
-  const auto reach = [&](const JointLimits& limits, const JointVector& from) {
+  Assembler assembler(chain_);
+  const auto closed = [&](const JointVector& q) {
+    frames.at(q);
+    return frames.closed(q);
+  };
+  const auto assembled = [&](JointVector q) {
+    if (chain_.has_loops()) assembler.assemble(q.data());
+    return q;
+  };
+  const auto search = [&](const JointLimits& limits, const JointVector& from) {
     SearchPoint found = search_pose(chain_, frames_at, goal, held_at(row.seed, limits), from, kEvaluations);
     evaluations += found.evaluations;
-    if (motors < 6)
-      found.reached = found.position_error <= options_.tolerance_position && found.rotation_error <= kTurnLeft;
+    return found;
+  };
+  const auto stands_at = [&](const JointLimits& limits, const JointVector& q) {
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      const bool is_passive = std::find(chain_.passive.begin(), chain_.passive.end(), i) != chain_.passive.end();
+      if (is_passive || is_held(i)) continue;
+      if (q[i] <= limits(i, 0) + kAtLimit || q[i] >= limits(i, 1) - kAtLimit) return true;
+    }
+    return false;
+  };
+  // Of fewer than six motors: is what is left of the turn the loops' doing, not a limit's?
+  const auto turns_as_asked = [&](const JointLimits& limits, const SearchPoint& found) {
+    if (found.rotation_error <= options_.tolerance_rotation) return true;
+    if (found.rotation_error > kTurnLeft) return false;
+    return !stands_at(limits, found.q) ||
+           search(unlimited_, found.q).rotation_error >= found.rotation_error - kTurnGained;
+  };
+  const auto reach = [&](const JointLimits& limits, JointVector from) {
+    SearchPoint found;
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      found = search(limits, from);
+      if (motors < 6)
+        found.reached = found.position_error <= options_.tolerance_position && turns_as_asked(limits, found);
+      if (!found.reached || !chain_.has_loops()) break;
+      const JointVector there = closed(found.q);
+      from = closed(assembled(there));
+      if ((from - there).cwiseAbs().maxCoeff() <= kSamePlace) break;
+      found = look(chain_, goal, from, frames.at(from));
+    }
     return found;
   };
   best = reach(limits_, row.seed);
@@ -41,7 +82,7 @@ IkStatus RowSolver::finish_tree(const IkRow& row, ModelFrames& frames, bool may_
     for (Eigen::Index i = 0; i < from.size(); ++i) {
       if (is_held(i)) from[i] = row.seed[i];
     }
-    SearchPoint found = reach(limits_, from);
+    SearchPoint found = reach(limits_, assembled(from));
     if (found.reached || found.cost < best.cost) best = std::move(found);
   }
   IkStatus status = IkStatus::kReached;
@@ -50,8 +91,7 @@ IkStatus RowSolver::finish_tree(const IkRow& row, ModelFrames& frames, bool may_
   } else if (motors >= 6 && least_singular_value(chain_, best.J, options_.reach) < kSingular) {
     status = IkStatus::kSingular;
   }
-  frames.at(best.q);
-  best.q = frames.closed(best.q);
+  best.q = closed(best.q);
   best.evaluations = evaluations;
   return status;
 }

@@ -197,9 +197,9 @@ void RowEvaluator::open_motion(int of, Eigen::Ref<Eigen::Matrix<double, 6, Eigen
   J.setZero();
   const Pose world;
   const FrameTree& tree = *chain_.tree;
-  for (std::size_t k = 0; k < chain_.columns.size(); ++k) {
-    const Chain::Column& column = chain_.columns[k];
-    if (!tree.carries(chain_.first_moved[k], of)) continue;
+  const int* first_moved = chain_.first_moved.data();
+  for (const Chain::Column& column : chain_.columns) {
+    if (!tree.carries(*first_moved++, of)) continue;
     const Pose& frame = column.frame == kWorldFrame ? world : frames_[column.frame];
     J.col(column.parameter) += tool_motion(frame, p, column.xi);
   }

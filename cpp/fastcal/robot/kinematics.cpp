@@ -24,11 +24,14 @@ void forward(const Chain& chain, const double* q, const Twists* xi, std::vector<
   const int frames = chain.frame_count();
   T_world_frame.resize(static_cast<std::size_t>(frames));
   const FrameTree& tree = *chain.tree;
-  Pose T;
   for (int f = 0; f < frames; ++f) {
-    if (const int parent = tree.parent(f); parent != f - 1)
-      T = parent == kWorldFrame ? Pose() : T_world_frame[static_cast<std::size_t>(parent)];
-    T = T * chain.constants[static_cast<std::size_t>(f)];
+    const auto at = static_cast<std::size_t>(f);
+    const int parent = tree.parent(f);
+    Pose& T = T_world_frame[at];
+    if (parent == kWorldFrame)
+      T = chain.constants[at];
+    else
+      T = T_world_frame[static_cast<std::size_t>(parent)] * chain.constants[at];
     double turn = 0;
     if (const int joint = tree.joint(f); joint >= 0) {
       if (chain.joint_types[static_cast<std::size_t>(joint)] == JointType::kRevolute)
@@ -40,7 +43,6 @@ void forward(const Chain& chain, const double* q, const Twists* xi, std::vector<
     if (xi != nullptr && only_turns) turn += (*xi)(5, f);
     turn_about_z(turn, T);
     if (!only_turns) T = T * exp_se3(xi->col(f));
-    T_world_frame[static_cast<std::size_t>(f)] = T;
   }
 }
 

@@ -133,8 +133,10 @@ void frame_loads(const RobotDescription& robot, const Chain& chain, const std::v
         const double mass = body.mass + (state.weights != nullptr ? state.weights->mass[joint] : 0);
         Eigen::Vector3d moment = mass * body.com;
         if (state.weights != nullptr) moment += state.weights->moment.col(joint);
-        if (mass != 0 || !moment.isZero(0))
-          sum.add_weight(mass, moment, T_world_frame[static_cast<std::size_t>(frame)] * chain.body_frames[i], gravity);
+        if (mass != 0 || !moment.isZero(0)) {
+          const Pose& own = chain.body_frames[i];
+          sum.add_weight(mass, own.R * moment + mass * own.p, T_world_frame[static_cast<std::size_t>(frame)], gravity);
+        }
       }
       write(frame);
     }

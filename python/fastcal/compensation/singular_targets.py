@@ -77,7 +77,10 @@ def left_to_the_bars(robot: Robot, found: InverseKinematics) -> list[str]:
     if not robot.passive or motors >= _FREEDOMS or not found.reached.any():
         return []
     most = from_si(float(found.rotation_error[found.reached].max()), "deg")
-    return [f"{motors} motors meet points, and of orientations what the bars let them: up to {most:.3f} deg are left"]
+    return [
+        f"with {motors} motors the position is reached, and the loops set the orientation: "
+        f"up to {most:.3f} deg are left"
+    ]
 
 
 def _is_nearer(then: FloatArray, left: FloatArray) -> bool:

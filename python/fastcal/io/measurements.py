@@ -209,8 +209,8 @@ class Columns:
             q[:, still] = 0.0
             names = ", ".join(str(joint + 1) for joint in still)
             self.notes.append(
-                f"joints {names} have no column and are taken to stand at 0: where they moved, their weight loads the "
-                "joints that carry them in another way in each row"
+                f"joints {names} have no column and are taken to stand at 0: if they moved, their changing load "
+                "on the joints that carry them is not in the model"
             )
         if letter == "j" and robot.pendant.is_chain:
             self.notes.append("columns j1 ... are taken as q1 ..., as the robot file has no pendant")

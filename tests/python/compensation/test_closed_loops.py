@@ -75,11 +75,25 @@ def test_bars_that_tilt_the_gripper_make_no_target_unreachable(
     model, told = str(tmp_path / "model.yaml"), ["--nominal", str(tmp_path / "nominal.yaml")]
     assert main(["compensate", model, str(tmp_path / "stack.mod"), "-o", str(tmp_path / "new.mod"), *told]) == 0
     err = capsys.readouterr().err
-    assert "4 motors meet points, and of orientations what the bars let them: up to 1." in err
+    assert "with 4 motors the position is reached, and the loops set the orientation: up to 1." in err
     assert "singular" not in err
     (tmp_path / "targets.csv").write_text("x_mm,y_mm,z_mm,qw,qx,qy,qz\n1600,0,1000,0,1,0,0\n")
     assert main(["compensate", model, str(tmp_path / "targets.csv"), "-o", str(tmp_path / "q.csv"), *told]) == 0
     assert "1 reached" in capsys.readouterr().out
+
+
+def test_a_turn_that_only_a_limit_keeps_from_the_tool_is_not_reached() -> None:
+    """Axis 6 at its stop, half a degree short: not the bars' doing, and no second posture for a program."""
+    robot = load_robot("palletizer")
+    q = np.asarray(robot.core.home).copy()
+    q[-1] = float(robot.limits[-1, 1])
+    T = robot.forward(q)[0]
+    at_stop = inverse_kinematics(robot, T, seed=q, restarts=0)
+    assert at_stop.reached[0]
+    assert np.abs(at_stop.q[0] - q).max() < 1e-6
+    c, s = np.cos(0.01), np.sin(0.01)
+    beyond = T @ np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    assert inverse_kinematics(robot, beyond, seed=q, restarts=0).status[0] == "limit"
 
 
 def test_a_target_that_is_tilted_more_than_the_bars_let_it_says_so(

@@ -237,6 +237,19 @@ def test_inverse_kinematics_reaches_what_forward_gives(spec: Spec) -> None:
     assert np.abs(robot.forward(found.q) - T)[:, :3, 3].max() < 1e-8
 
 
+@pytest.mark.parametrize("name", ["delta", "delta_printer", "five_bar", "hexapod", "palletizer", "parallelogram_6r"])
+@pytest.mark.parametrize("restarts", [0, 100])
+def test_commands_lead_there_by_the_motors_alone(name: str, restarts: int) -> None:
+    """A long step through a fold ends in another way of assembly, where no motor brings the robot."""
+    robot = load_robot(name)
+    q = random_poses(robot, 60, seed=5)
+    T = robot.forward(q)
+    found = inverse_kinematics(robot, T, seed=q[::-1] if restarts == 0 else None, restarts=restarts)
+    assert found.reached.mean() > (0.3 if restarts == 0 else 0.99)
+    there = robot.forward(found.q[found.reached])
+    assert np.abs(there - T[found.reached])[:, :3, 3].max() < 1e-8
+
+
 def test_belts_keep_the_wrist_level_and_share_its_weight() -> None:
     """Torques of the motors are the slope of the potential energy as the motors move, the wrist following."""
     robot = load_robot(palletizer())
