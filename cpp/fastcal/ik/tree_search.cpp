@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Inverse kinematics of arms that branch or have closed loops: Newton on the joints that motors move, the loops closed
-// in every posture. With fewer than six such joints the point is reached, and of the turn what they can. A long step
-// may lead through a fold of the loops into another way of assembly, where the motors alone do not bring the robot.
+// in every posture. With fewer than six such joints the point is reached, and of the turn what they can; with two the
+// nearest point of the surface that they keep to. A long step may lead through a fold of the loops into another way of
+// assembly, where the motors alone do not bring the robot.
 #include <algorithm>
 
 #include "fastcal/ik/row_solver.hpp"
@@ -15,9 +16,11 @@ namespace {
 constexpr int kEvaluations = 120;
 constexpr double kTurnCounts = 1e-4;  // beside the point, of an arm of fewer than six joints
 constexpr double kTurnLeft = 0.035;   // [rad] more than that is another pose; less may be its own error
+constexpr double kTiltLeft = 0.2;     // [rad] the same of three motors and fewer, whose turn points may not have shown
+constexpr double kPointLeft = 0.005;  // [m] the same of a point, of two motors and fewer, which keep to a surface
 constexpr double kSingular = 1e-6;    // as of a chain
 constexpr double kAtLimit = 1e-9;     // [rad], [m]
-constexpr double kTurnGained = 1e-6;  // [rad] beyond a limit: less is rounding
+constexpr double kGained = 1e-6;      // [rad], [m] beyond a limit: less is rounding
 constexpr double kSamePlace = 1e-4;   // [rad], [m] of passive joints: the same way of assembly
 
 }  // namespace
@@ -31,6 +34,8 @@ IkStatus RowSolver::finish_tree(const IkRow& row, ModelFrames& frames, bool may_
     goal.rotation_weight = kTurnCounts;
     goal.tolerance_rotation = 0;  // to the end: what is left of the turn is least there
   }
+  const double tilt = motors > 3 ? kTurnLeft : kTiltLeft;
+  const double off = motors > 2 ? options_.tolerance_position : std::max(options_.tolerance_position, kPointLeft);
   int evaluations = 0;
   Assembler assembler(chain_);
   const auto closed = [&](const JointVector& q) {
@@ -54,19 +59,21 @@ IkStatus RowSolver::finish_tree(const IkRow& row, ModelFrames& frames, bool may_
     }
     return false;
   };
-  // Of fewer than six motors: is what is left of the turn the loops' doing, not a limit's?
-  const auto turns_as_asked = [&](const JointLimits& limits, const SearchPoint& found) {
-    if (found.rotation_error <= options_.tolerance_rotation) return true;
-    if (found.rotation_error > kTurnLeft) return false;
-    return !stands_at(limits, found.q) ||
-           search(unlimited_, found.q).rotation_error >= found.rotation_error - kTurnGained;
+  // Of fewer than six motors: is what is left the loops' doing, not a limit's?
+  const auto is_nearest = [&](const JointLimits& limits, const SearchPoint& found) {
+    if (found.position_error > off || found.rotation_error > tilt) return false;
+    if (found.position_error <= options_.tolerance_position && found.rotation_error <= options_.tolerance_rotation)
+      return true;
+    if (!stands_at(limits, found.q)) return true;
+    const SearchPoint beyond = search(unlimited_, found.q);
+    return beyond.rotation_error >= found.rotation_error - kGained &&
+           beyond.position_error >= found.position_error - kGained;
   };
   const auto reach = [&](const JointLimits& limits, JointVector from) {
     SearchPoint found;
     for (int attempt = 0; attempt < 2; ++attempt) {
       found = search(limits, from);
-      if (motors < 6)
-        found.reached = found.position_error <= options_.tolerance_position && turns_as_asked(limits, found);
+      if (motors < 6) found.reached = is_nearest(limits, found);
       if (!found.reached || !chain_.has_loops()) break;
       const JointVector there = closed(found.q);
       from = closed(assembled(there));

@@ -35,13 +35,14 @@ def _joint_units(robot: Robot) -> list[str]:
 
 
 def covered(robot: Robot, data: Dataset) -> dict[str, tuple[float, float]]:
-    """Least and greatest of `ranges`, none of an arm of poses; units keep the order of numbers."""
+    """Least and greatest of `ranges`, passive joints left out; of an arm of poses none. Units keep the order."""
     if robot.of_poses:
         return {}
     ends = zip(data.q.min(axis=0).tolist(), data.q.max(axis=0).tolist(), strict=True)
     out = {
         joint_column(i, unit): (from_si(least, unit), from_si(greatest, unit))
         for i, (unit, (least, greatest)) in enumerate(zip(_joint_units(robot), ends, strict=True))
+        if i not in robot.passive
     }
     out["payload_kg"] = float(data.payload.min()), float(data.payload.max())
     if (heat := data.temperature) is not None:

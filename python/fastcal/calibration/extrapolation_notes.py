@@ -12,7 +12,7 @@ import numpy as np
 from fastcal.calibration.data_notes import covered, ranges
 from fastcal.effects.entries import core_options, label, traits_of
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import joint_name, place_of
+from fastcal.place import joint_column, joint_name, place_of
 from fastcal.robot.robot import Robot, Spec
 from fastcal.robot.steady import warmed
 from fastcal.said import said
@@ -130,9 +130,13 @@ def _far_outside(
 
 def still_joints(robot: Robot, data: Dataset) -> list[str]:
     """The joints that stood still in these rows, by name; none of an arm of poses."""
-    spans = [high - low for low, high in list(covered(robot, data).values())[: len(robot.joints)]]
-    units = [joint.unit for joint in robot.joints]
-    return [joint_name(k) for k, (span, unit) in enumerate(zip(spans, units, strict=False)) if span <= STILL[unit]]
+    ranged = covered(robot, data)
+    still = []
+    for k, joint in enumerate(robot.joints):
+        low, high = ranged.get(joint_column(k, joint.unit), (-np.inf, np.inf))
+        if high - low <= STILL[joint.unit]:
+            still.append(joint_name(k))
+    return still
 
 
 def unmoved_notes(robot: Robot, data: Dataset) -> list[str]:
@@ -144,6 +148,8 @@ def unmoved_notes(robot: Robot, data: Dataset) -> list[str]:
     if record is None:
         return []
     here = ranges(robot, data)
+    for joint in robot.passive:  # where the loops close, no motor moves them
+        del here[joint_column(joint, robot.joints[joint].unit)]
     notes: list[str] = []
     for name, (low, high) in record.covered.items():
         quantity, unit = name.rsplit("_", 1)

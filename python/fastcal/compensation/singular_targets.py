@@ -23,6 +23,7 @@ from fastcal.units import from_si
 SINGULAR_SHARE = 0.03
 _ROUNDS = 20
 _FREEDOMS = 6  # of a pose
+_OF_A_POINT = 3
 _DONE = 1e-9  # rad or m
 _SAME_PLACE = 1e-8  # [m]
 _MOST_MOVE = 0.35  # [rad or m] of a joint: more is no small move
@@ -77,6 +78,9 @@ def left_to_the_bars(robot: Robot, found: InverseKinematics) -> list[str]:
     if not robot.passive or motors >= _FREEDOMS or not found.reached.any():
         return []
     most = from_si(float(found.rotation_error[found.reached].max()), "deg")
+    if motors < _OF_A_POINT:
+        off = from_si(float(found.position_error[found.reached].max()), "mm")
+        return [f"with {motors} motors the tool stays on a surface: up to {off:.3f} mm and {most:.3f} deg are left"]
     return [
         f"with {motors} motors the position is reached, and the loops set the orientation: "
         f"up to {most:.3f} deg are left"

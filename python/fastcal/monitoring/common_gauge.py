@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from fastcal.arrays import FloatArray, thin_svd
@@ -27,6 +28,8 @@ from fastcal.robot.robot import Robot
 from fastcal.units import to_si
 
 POSTURES = 512
+_FEWEST = 64  # in which closed loops of both models close
+_MARGIN = 1.05  # of the way from the start posture
 _ROUNDS = 4
 _LOST = 1e-7  # least singular value, of columns of length 1: below, the postures don't tell the parameters apart
 _WITHIN = 1e-6  # of its length: a column beyond the span of others by less lies in it
@@ -65,9 +68,23 @@ def postures(a: Robot, b: Robot, threads: int) -> Postures:
     if not (low <= high).all():
         number = int(np.argmin(low <= high)) + 1
         raise InvalidInput(f"the ranges of joint {number} on which the two models were fitted do not meet")
-    unit_cube = qmc.Sobol(len(low), rng=np.random.default_rng(_SEED)).random_base2(int(np.log2(POSTURES)))
+    draws = int(np.log2(POSTURES)) + (3 if a.passive or b.passive else 0)
+    unit_cube = qmc.Sobol(len(low), rng=np.random.default_rng(_SEED)).random_base2(draws)
+    q = low + unit_cube * (high - low)
+    for robot in (a, b):
+        if robot.passive:
+            q = q[_closes(robot, q, threads)]
+    if len(q) < _FEWEST:
+        raise InvalidInput(f"the loops of both models close in {len(q)} of {1 << draws} postures; expected one robot")
     records = [r.record for r in (a, b) if r.record]
-    return Postures(low + unit_cube * (high - low), _conditions(records, len(low)), threads)
+    return Postures(np.resize(q, (POSTURES, len(low))), _conditions(records, len(low)), threads)
+
+
+def _closes(robot: Robot, q: FloatArray, threads: int) -> NDArray[np.bool_]:
+    """(N,) do the loops close at q (N, n), and a little farther from the start posture, as with other lengths?"""
+    home = np.asarray(robot.core.home)
+    there = [np.array(robot.assemble(home + by * (q - home), threads=threads).status) for by in (1.0, _MARGIN)]
+    return np.asarray((there[0] == "closed") & (there[1] == "closed"))
 
 
 def _conditions(records: list[CalibrationRecord], joint_count: int) -> dict[str, FloatArray]:

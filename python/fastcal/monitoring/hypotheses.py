@@ -151,13 +151,18 @@ def _of_geometry(arm: Robot, model: _core.ErrorModel, turned: bool) -> Iterator[
     turned_alone = {
         owner: _zero(arm, place_of(owner).index, indices, parameters, start)
         for owner, indices in by_owner.items()
-        if owner != "tool"
+        if place_of(owner).kind == "joint"
     }
     for owner, indices in by_owner.items():
         if owner == "tool":
             yield _plain("tool", "tool", indices, parameters, start)
             continue
+        if owner not in turned_alone:  # a rod or a pin of a closed loop
+            yield _plain("link", f"{owner} geometry", indices, parameters, start)
+            continue
         joint = place_of(owner).index
+        if joint in arm.passive:  # without a motor no zero
+            continue
         zero, direction = turned_alone[owner]
         # A motor's zero moves the joints that its gear is coupled to as well.
         for entry in arm.description.coupling:

@@ -140,7 +140,10 @@ def cause_text(cause: Cause, _: Translate = plain) -> str:
     elif len(cause.changes) == 1:
         text = _("{what} by {size}", what=spoken(cause.label, _), size=size_text(cause.changes[0]))
     else:
-        sizes = ", ".join(f"{c.name.removesuffix(f'_{c.unit}')} {size_text(c)}" for c in cause.changes)
+        known = [c for c in cause.changes if c.std < math.inf] or cause.changes
+        sizes = ", ".join(f"{c.name.removesuffix(f'_{c.unit}')} {size_text(c)}" for c in known)
+        if len(known) < len(cause.changes):
+            sizes = _("{sizes}; {count} others undetermined", sizes=sizes, count=len(cause.changes) - len(known))
         text = f"{spoken(cause.label, _)} ({sizes})"
     if not cause.equivalents:
         return text
@@ -154,7 +157,9 @@ def size_text(change: Change) -> str:
         share, std = (100 * size / abs(change.was) for size in (change.change, change.std))
         return f"{share:+.1f} +- {std:.1f} %"
     digits = max(0, 1 - math.floor(math.log10(change.std))) if 0 < change.std < math.inf else 3
-    if digits <= 6:
+    if change.std == math.inf:
+        size = f"{change.change:+.{digits}f}"
+    elif digits <= 6:
         size = f"{change.change:+.{digits}f} +- {change.std:.{digits}f}"
     else:
         size = f"{change.change:+.3g} +- {change.std:.1g}"
