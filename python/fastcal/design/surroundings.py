@@ -62,7 +62,7 @@ class Surroundings:
         link_radius: How thick the straight links between the joints are [m]; keep-out boxes grow by it.
         mounting: Keep the arm above the face that it is mounted on, z = 0 of its base, and wrist and tool out of its
             own column; False: it may reach below, as on a pedestal or a rail. Not asked of an arm with closed loops,
-            which may hang from its base, as a delta does.
+            which may hang from its base, as a delta does, nor of a gantry, whose first two joints slide.
     """
 
     keep_out: Sequence[Corners] = ()
@@ -90,9 +90,14 @@ class Surroundings:
             ),
             dtype=np.int64,
         )
-        if self.mounting and not robot.passive:
+        if self.mounting and _stands(robot):
             out[(out == 0) & _meets_mounting(robot, q, self.link_radius)] = 6
         return out
+
+
+def _stands(robot: Robot) -> bool:
+    """Does the arm rise from its base? Robots with closed loops and gantries may hang from it."""
+    return not robot.passive and tuple(robot.joint_types[:2]) != ("prismatic", "prismatic")
 
 
 def _meets_mounting(robot: Robot, q: FloatArray, radius: float) -> NDArray[np.bool_]:

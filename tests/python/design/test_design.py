@@ -101,6 +101,18 @@ def test_indices_are_those_of_the_singular_values() -> None:
         observability_indices(J[0], 1)
 
 
+def test_a_gantry_may_hang_from_its_base() -> None:
+    slides = [{"type": "prismatic", "v": v, "min_mm": 0, "max_mm": 1000} for v in ([1, 0, 0], [0, 1, 0], [0, 0, -1])]
+    turns = [
+        {"type": "revolute", "omega": omega, "point_mm": [0, 0, 0], "min_deg": -110, "max_deg": 110}
+        for omega in ([0, 0, 1], [0, 1, 0])
+    ]
+    home = {"xyz_mm": [60, 20, -250], "rpy_deg": [0, 0, 0]}
+    gantry = fastcal.load_robot({"name": "gantry", "kinematics": "poe", "joints": [*slides, *turns], "home": home})
+    q = fastcal.random_poses(gantry, 20, seed=1)
+    assert not Surroundings().obstacles(gantry, q).any()
+
+
 @pytest.mark.parametrize("name", ["ur5", "kuka_kr6_r900", "fanuc_m20ia", "lbr_iiwa7"])
 @pytest.mark.parametrize("candidates", ["grid", "random"])
 def test_an_arm_stays_above_its_mounting_face_and_out_of_its_column(name: str, candidates: str) -> None:
