@@ -12,7 +12,7 @@
 
 namespace fastcal {
 
-constexpr int kMaxIkJoints = 16;
+constexpr int kMaxIkJoints = 24;
 
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxIkJoints, 1>;
 using JointLimits = Eigen::Matrix<double, Eigen::Dynamic, 2, 0, kMaxIkJoints, 2>;

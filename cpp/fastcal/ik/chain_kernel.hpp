@@ -11,7 +11,7 @@
 
 namespace fastcal::ik {
 
-constexpr int kMaxJoints = 16;
+constexpr int kMaxJoints = 24;
 
 /// A rotation, row by row, and a position.
 constexpr int kPoseNumbers = 12;

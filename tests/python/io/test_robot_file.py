@@ -247,3 +247,12 @@ def test_a_name_that_may_be_several_arms_lists_them() -> None:
         ParseError, match="several shipped arms have that name; they are kuka_kr210_r2700, kuka_kr500_3"
     ):
         load_robot("kuka")
+
+
+def test_what_rounding_leaves_of_nothing_is_written_as_nothing(tmp_path: Path) -> None:
+    """A model with -4e-142 degrees was written and could not be read again."""
+    robot = load_robot("ur5").with_(tool={"xyz_mm": [0, 0, 1e-99], "rpy_deg": [0, -3.5e-142, 0]})
+    robot.save(tmp_path / "model.yaml")
+    again = load_robot(tmp_path / "model.yaml")
+    assert again.spec["tool"] == {"xyz_mm": [0, 0, 1e-99], "rpy_deg": [0, 0, 0]}
+    assert np.array_equal(again.forward(np.ones(6)), robot.forward(np.ones(6)))

@@ -15,7 +15,17 @@ import numpy as np
 import pinocchio
 import pytest
 
-from fastcal import calibrate, diagnose, load_measurements, load_robot, perturbed, predict, random_poses, simulate
+from fastcal import (
+    calibrate,
+    diagnose,
+    inverse_kinematics,
+    load_measurements,
+    load_robot,
+    perturbed,
+    predict,
+    random_poses,
+    simulate,
+)
 from fastcal.diagnosis.problem import with_nuisances
 from fastcal.effects.entries import effect_owners
 from fastcal.errors import ParseError
@@ -164,3 +174,14 @@ def test_a_robot_without_masses_whose_joint_yields_is_diagnosed_beside_other_bra
     assert effect_owners("gravity_sag", load_robot(light).core) == []
     entry = {"effect": "joint_compliance", "owner": "joint13"}
     assert with_nuisances([entry], load_robot(light)) == [entry]
+
+
+def test_commands_for_the_hand_of_a_torso() -> None:
+    """18 joints, of which those of the other arm and the head stay where the seed has them."""
+    q = random_poses(torso(), 5, seed=2)
+    seed = q + 0.05 * np.isin(np.arange(torso().joint_count), BESIDE, invert=True)
+    T = torso().forward(q)
+    found = inverse_kinematics(torso(), T, seed=np.clip(seed, *torso().limits.T))
+    assert found.reached.all()
+    assert np.abs(torso().forward(found.q) - T).max() < 1e-8
+    assert np.array_equal(found.q[:, BESIDE], q[:, BESIDE])
