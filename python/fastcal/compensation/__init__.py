@@ -7,6 +7,7 @@ from fastcal.compensation.commands import METHODS, Compensation, compensate
 from fastcal.compensation.one_step import one_step
 from fastcal.compensation.paths import PathAccuracy, path_accuracy
 from fastcal.compensation.programs import AlreadyCompensated, CompensatedProgram, compensate_program
+from fastcal.compensation.shared_shift import shared_in_words, shared_shift
 from fastcal.measurements.targets import Targets
 
 __all__ = [
@@ -21,4 +22,6 @@ __all__ = [
     "kilograms",
     "one_step",
     "path_accuracy",
+    "shared_in_words",
+    "shared_shift",
 ]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from nicegui import events, run, ui
 
-from fastcal.compensation import CompensatedProgram, compensate_program, kilograms
+from fastcal.compensation import CompensatedProgram, compensate_program, kilograms, shared_in_words
 from fastcal.errors import FastcalError
 from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
@@ -143,12 +143,14 @@ def _shown(
     with card(_("What it does")):
         count = len(found.targets)
         taken = _(
-            "{targets}; error removed: mean {mean:.2f} mm, largest {most:.2f} mm",
+            "{targets}; uncorrected, the tool misses them by {mean:.2f} mm in the mean, {most:.2f} mm at most",
             targets=_("1 target") if count == 1 else _("{count} targets", count=count),
             mean=float(error.mean()),
             most=float(error.max()),
         )
         ui.label(taken).classes("text-lg").props('data-test="taken"')
+        if (shared := shared_in_words(found.shift)) is not None:
+            ui.label(_(shared)).classes("text-sm").props('data-test="shared"')
         foreign_to = foreign(robot.name, program.language.name)
         for sentence in (*([foreign_to] if foreign_to else []), *found.left, *found.assumed):
             ui.label(f"⚠ {_own(studio, retold(sentence))}").classes("text-warning")
