@@ -16,6 +16,7 @@ import pytest
 
 import fastcal
 from fastcal.cli import main as command
+from fastcal.studio.pictures import RED
 from fastcal.studio.project import Project
 
 from .conftest import patiently
@@ -164,6 +165,17 @@ def test_program_before_and_after(look: Any, studio: Any) -> None:
         page.wait_for_timeout(100)
     look.get("compensate").click()
     look.get("refused").filter(has_text="was compensated already").wait_for()
+    # What cannot be reached is said, and stands out in red among the others.
+    far = studio.folder / "far.script"
+    far.write_text("def far():\n  movej([0, -1.2, 1.3, -1.6, -1.5, 0])\n  movel(p[5, 0, 0, 0, 0, 0])\nend\n")
+    look.drop("program", far)
+    look.page.get_by_text("inputs/far.script").first.wait_for()
+    look.get("compensate").click()
+    look.get("unreached").wait_for()
+    assert look.get("refused").inner_text().startswith("inputs/far.script:3: ")
+    colours = page.evaluate("document.querySelector('[data-test=unreached]').data[0].marker.color")
+    assert [colour == RED for colour in colours] == [False, True]
+    look.everybody()
 
 
 @patiently

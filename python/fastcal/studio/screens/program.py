@@ -13,7 +13,14 @@ from typing import Any
 import numpy as np
 from nicegui import events, run, ui
 
-from fastcal.compensation import CompensatedProgram, compensate_program, kilograms, shared_in_words
+from fastcal.compensation import (
+    CompensatedProgram,
+    TargetRefused,
+    compensate_program,
+    kilograms,
+    shared_in_words,
+    target_points,
+)
 from fastcal.errors import FastcalError
 from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
@@ -84,9 +91,7 @@ def build(studio: Studio) -> None:
                     program = load_program(path)
                     found = await run.io_bound(partial(compensate_program, robot, program, **options))
                 except FastcalError as error:
-                    ui.label(_own(studio, retold(sentence_of(error)))).classes("text-negative").props(
-                        'data-test="refused" role=alert'
-                    )
+                    _refused(studio, robot, path, error)
                     return
                 if found is None:  # the window was closed
                     return
@@ -134,6 +139,26 @@ def _payload_of(path: Path) -> tuple[str, str]:
 def _own(studio: Studio, text: str) -> str:
     """A sentence with the project's files as the screens call them."""
     return text.replace(f"{studio.project.folder}/", "")
+
+
+def _refused(studio: Studio, robot: Robot, path: Path, error: FastcalError) -> None:
+    """Why a program was not compensated; its targets in space where one of them cannot be reached, that one in red."""
+    told = ui.label(_own(studio, retold(sentence_of(error)))).classes("text-negative")
+    told.props('data-test="refused" role=alert')
+    if not isinstance(error, TargetRefused):
+        return
+    program = load_program(path)
+    points = target_points(robot, program)
+    known = [k for k in range(len(points)) if np.isfinite(points[k]).all()]
+    if not known:
+        return
+    colours = [pictures.RED if program.targets[k] == error.target else pictures.BLUE for k in known]
+    texts = [retold(program.targets[k].name) for k in known]
+    nominal = nominal_robot(robot)
+    traces = [pictures.cloud(pictures.millimetres(points[known]), colours, texts, 5)]
+    with card(_("In space"), _("In red the target that cannot be reached.")):
+        shown = pictures.scene([*traces, *pictures.arm(nominal, np.zeros(nominal.joint_count))])
+        ui.plotly(shown).classes("w-full").props('data-test="unreached"')
 
 
 def _shown(
