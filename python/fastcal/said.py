@@ -8,7 +8,7 @@ text as it is, and the pages' `_` (fastcal.report.language) says it again in ano
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from string import Formatter
 from typing import Any
@@ -95,6 +95,12 @@ def chained(message: str, parts: Iterable[str]) -> str:
     """Parts from the first to the last by a message of {first} and {second}, as "{first} or {second}"; "" for none."""
     parts = list(parts)
     return reduce(lambda first, second: said(message, first=first, second=second), parts) if parts else ""
+
+
+def first_few(parts: Sequence[object], most: int = 5) -> Said:
+    """The first parts of a list and how many more there are: 3, 8, 12, 15, 21 and 16 more."""
+    shown = joined(", ", [part if isinstance(part, str) else str(part) for part in parts[:most]])
+    return said("{shown} and {count} more", shown=shown, count=len(parts) - most) if len(parts) > most else shown
 
 
 def filled(message: str, values: dict[str, Any], translate: Callable[[str], str], decimal_sign: str) -> str:

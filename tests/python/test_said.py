@@ -13,7 +13,7 @@ import pytest
 from fastcal.diagnosis.words import cause_in_words, owner_in_words
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.report.language import _, in_language
-from fastcal.said import Said, capital, chained, joined, said, sentence_of
+from fastcal.said import Said, capital, chained, first_few, joined, said, sentence_of
 
 
 def test_a_text_is_english_and_says_itself_again() -> None:
@@ -34,6 +34,15 @@ def test_parts_are_joined_and_chained() -> None:
     assert chained("{first} or {second}", []) == ""
     with in_language("de"):
         assert _(chained("{first} or {second}", joints)) == "Gelenk 1 oder Gelenk 2 oder Gelenk 3"
+
+
+def test_of_many_parts_the_first_are_named_and_the_others_counted() -> None:
+    assert first_few(range(3, 6)) == "3, 4, 5"
+    assert first_few(list(range(5))) == "0, 1, 2, 3, 4"
+    text = first_few([owner_in_words(f"joint{k}") for k in range(1, 7)], 2)
+    assert text == "joint 1, joint 2 and 4 more"
+    with in_language("de"):
+        assert _(text) == "Gelenk 1, Gelenk 2 und 4 weitere"
 
 
 @pytest.mark.parametrize("text", [said("a {b}", b="{x}"), capital(said("{{a}} {b:.1f}", b=2.0)), joined("", [])])

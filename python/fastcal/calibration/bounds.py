@@ -45,22 +45,23 @@ class Bound:
         out = value - self.unbounded if self.side == "lower" else self.unbounded - value
         beyond = out / self.std if self.std > 0 else np.inf
         side = said("lower") if self.side == "lower" else said("upper")
-        given = {"name": name, "side": side, "value": float(value), "unit": unit, "free": float(self.unbounded)}
+        own = "" if name.endswith(f"_{unit}") else f" {unit}"  # said once, as part of the name
+        given = {"name": name, "side": side, "value": float(value), "unit": own, "free": float(self.unbounded)}
         if out <= 0:  # to first order, and the fit is not linear
             return said(
-                "{name} is held at its {side} bound {value:.4g} {unit}; unconstrained, the data give {free:.3g}, "
+                "{name} is held at its {side} bound {value:.4g}{unit}; unconstrained, the data give {free:.3g}, "
                 "within its bound: the sign is decided by noise, and the interval is one-sided",
                 **given,
             )
         if beyond <= NOISE_EXPLAINS:
             return said(
-                "{name} is held at its {side} bound {value:.4g} {unit}; unconstrained, the data give {free:.3g}, "
+                "{name} is held at its {side} bound {value:.4g}{unit}; unconstrained, the data give {free:.3g}, "
                 "{beyond:.1f} standard deviations beyond it, so its interval is one-sided",
                 beyond=float(beyond),
                 **given,
             )
         return said(
-            "{name} is held at its {side} bound {value:.4g} {unit}; unconstrained, the data give {free:.3g}, which "
+            "{name} is held at its {side} bound {value:.4g}{unit}; unconstrained, the data give {free:.3g}, which "
             "noise cannot explain: another effect may be missing, and no interval is stated for it",
             **given,
         )

@@ -52,12 +52,13 @@ def _beyond_its_range(entry: Spec, robot: Robot, data: Dataset) -> list[str]:
     return [
         said(
             "joint {joint} is outside the {low:.4g} to {high:.4g} {unit} that its profile was fitted on in {rows} "
-            "rows; there the profile fades to zero within 5 {unit}",
+            "of {all} rows; there the profile fades to zero within 5 {unit}",
             joint=joint + 1,
             low=float(low),
             high=float(high),
             unit=unit,
             rows=int(outside.sum()),
+            all=len(data),
         )
     ]
 

@@ -19,7 +19,7 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.measurements.kinds import POINTS, kind_named
 from fastcal.measurements.observations import without_measured
-from fastcal.said import failure, said
+from fastcal.said import failure, first_few, said
 from fastcal.units import from_si
 
 Refit = Callable[[CalibrationProblem], _core.Identification]
@@ -77,9 +77,10 @@ def majority(problem: CalibrationProblem, found: _core.Identification, refit: Re
     if explained is None:
         return replace(out, refusal=refusal, notes=notes)
     note = said(
-        "{count} rows lie elsewhere, as they depend on {condition}, and nothing moved: ask for it with --effects "
-        "{effects}; all rows are used",
+        "{count} rows lie elsewhere ({rows}), as they depend on {condition}, and nothing moved: ask for it with "
+        "--effects {effects}; all rows are used",
         count=int(gross.sum()),
+        rows=first_few(places[gross].tolist()),
         condition=explained.said,
         effects=explained.asked,
     )
@@ -174,12 +175,13 @@ def _judged(
     if own > 1 / _SHARPER:
         return None, []
     why = said(
-        "{agreeing} rows agree with one another to {noise:.2g} mm, and {others} others to {own:.2g} mm on another fit: "
-        "the tracker, the base or the target moved between them",
+        "{agreeing} rows agree with one another to {noise:.2g} mm, and {others} others to {own:.2g} mm on another fit "
+        "({rows}): the tracker, the base or the target moved between them",
         agreeing=agreeing,
         noise=noise,
         others=int(agree.sum()),
         own=own * noise,
+        rows=first_few(places[far][agree].tolist()),
     )
     text = failure(why, said("give the two parts different `station` or `mount` labels"))
     refused = own < _SHARPER or agree.sum() >= _MOST_BESIDE * agreeing

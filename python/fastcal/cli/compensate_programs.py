@@ -120,6 +120,7 @@ def _write_corrections(robot: Robot, path: Path, done: Done) -> None:
 
 
 def _say(done: Done, *, inverse: bool) -> None:
+    from fastcal.compensation import shared_in_words
     from fastcal.report.language import _
     from fastcal.units import from_si
 
@@ -142,6 +143,8 @@ def _say(done: Done, *, inverse: bool) -> None:
         else:
             say(_("{head}: {targets} changed, {moves} and all else kept", head=head, **counted))
             say(_("error that this removes: mean {mean:.3f} mm, largest {most:.3f} mm", **sizes) + spread(found.sigma))
+            if (shared := shared_in_words(found.shift)) is not None:
+                say(_(shared))
 
 
 def spread(sigma: FloatArray) -> str:

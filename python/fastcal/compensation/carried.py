@@ -13,7 +13,7 @@ import numpy as np
 from fastcal.arrays import FloatArray
 from fastcal.compensation.places import Places
 from fastcal.programs import carried, stated_masses
-from fastcal.said import joined, said
+from fastcal.said import first_few, joined, said
 from fastcal.units import from_si
 
 _FEEL = 1e-9  # [m] by which a payload has to move the tool to be felt
@@ -111,8 +111,7 @@ def kilograms(masses: Sequence[float]) -> str:
 
 def _named(places: Places, of: Sequence[int]) -> str:
     """The first of some targets by name, and how many more there are."""
-    shown = joined(", ", [places.program.targets[i].name for i in of[:_SHOWN]])
-    return said("{shown} and {count} more", shown=shown, count=len(of) - _SHOWN) if len(of) > _SHOWN else shown
+    return first_few([places.program.targets[i].name for i in of], _SHOWN)
 
 
 def _is_felt(places: Places, q: FloatArray, conditions: dict[str, Any], mass: float) -> bool:

@@ -10,8 +10,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fastcal.programs import Cell, Frames, Program
+from fastcal.compensation.configurations import at_axes
+from fastcal.errors import ParseError
+from fastcal.programs import Cell, Frames, Program, Target
 from fastcal.robot import se3
+from fastcal.robot.controller_robot import nominal_robot
 from fastcal.robot.robot import Robot
 
 FloatArray = NDArray[np.float64]
@@ -47,6 +50,26 @@ class Places:
     def tool_at(self, place: int, T_world_tool: FloatArray) -> FloatArray:
         """T_world_tool of the target's own tool where the model's is there."""
         return np.asarray(T_world_tool @ se3.inverse(self.T_last_tool) @ self.frames.tool(place))
+
+
+class TargetRefused(ParseError):  # noqa: N818 - as its parent's siblings
+    """A target that cannot be reached, or is not one of this arm; `target`: which."""
+
+    target: Target | None = None
+
+
+def target_points(model: Robot, program: Program, cell: Cell | None = None) -> FloatArray:
+    """(N, 3) where a program has the model's tool at each target, m in the measuring frame; NaN where not known."""
+    robot = nominal_robot(model)
+    places = Places(robot, robot, program, cell or Cell())
+    out = np.full((len(program.targets), 3), np.nan)
+    for k, target in enumerate(program.targets):
+        if target.kind == "joints":
+            if len(target.values) == robot.pendant.axis_count:
+                out[k] = robot.forward(at_axes(robot, target.values)[np.newaxis])[0, :3, 3]
+        elif k not in places.frames.left:
+            out[k] = places.world(k, program.language.pose(target.values))[:3, 3]
+    return out
 
 
 def _told_from_flange(cell: Cell, robot: Robot) -> Cell:

@@ -25,10 +25,10 @@ from fastcal.compensation.commands import METHODS, deviation, notes_on_ranges
 from fastcal.compensation.configurations import Configurations, at_axes
 from fastcal.compensation.motion import at_rest
 from fastcal.compensation.one_step import one_step
-from fastcal.compensation.places import Places
+from fastcal.compensation.places import Places, TargetRefused
 from fastcal.compensation.singular_targets import command_by_small_moves, left_to_the_bars
 from fastcal.effects.entries import traits_of
-from fastcal.errors import InvalidInput, ParseError
+from fastcal.errors import InvalidInput
 from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.measurements.last_moves import directions, last_moves
 from fastcal.programs import Cell, Document, Move, Program, Target, Word, doubts_on_joints, stamp
@@ -406,4 +406,6 @@ def _of_target(conditions: dict[str, Any], row: int, count: int) -> dict[str, An
 
 def _refuse(program: Program, target: Target, sentence: str) -> NoReturn:
     document = program.documents[target.numbers[0].document]
-    raise ParseError(f"{target.name}: {sentence}", document.name, target.line)
+    refused = TargetRefused(f"{target.name}: {sentence}", document.name, target.line)
+    refused.target = target
+    raise refused

@@ -52,7 +52,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import KindMisfit
 from fastcal.place import place_of
 from fastcal.robot.robot import Robot, Spec
-from fastcal.said import said
+from fastcal.said import first_few, said
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +179,10 @@ class Found:
             misfits=misfits,
             converged=self.fit.converged,
         )
-        rows_left_out = [said("{count} rows that nothing explains were left out", count=len(outliers))] if runs else []
-        return replace(found, sentence=sentence_of(found, [*rows_left_out, *doubts]))
+        gone = said(
+            "{count} rows that nothing explains were left out ({rows})", count=len(outliers), rows=first_few(outliers)
+        )
+        return replace(found, sentence=sentence_of(found, [*([gone] if runs else []), *doubts]))
 
     def _remaining(self, geometry: AdaptedModel, outliers: list[int]) -> Unexplained | None:
         """What the names leave: where the most of it is."""

@@ -317,7 +317,7 @@ def _doubtful(f: Finding) -> Said:
         because = said("the cause may be another one")
     else:
         because = said("the cause is another one")
-    text = said("{cause} is in the model because poses are predicted better with it", cause=what)
+    text = said("{cause} is in the model because poses held out of the fit are predicted better with it", cause=what)
     return joined("", [text, "; ", because, "."])
 
 

@@ -22,7 +22,7 @@ from fastcal.report.kind_words import beside_mm
 from fastcal.report.language import _, in_language, retold
 from fastcal.report.tables import Cell, Column, Group, Table
 from fastcal.report.words import Remark, Verdict, listed
-from fastcal.said import said
+from fastcal.said import first_few, said
 
 _MOST_ROWS = 2000  # of the page's table, the worst first; fleet.csv has all
 _MOST_NOTES = 50
@@ -107,8 +107,24 @@ def _verdict(found: Fleet) -> Verdict:
     caused = [arm for arm in _worst_first(found) if arm.causes]
     told += [Remark(f"{arm.name}: {_spoken(arm.causes)}", True, "arms") for arm in caused[:_MOST_TOLD]]
     if found.failed or outstanding:
-        return Verdict("bad" if done == 0 else "caution", _("Attention"), text, told)
+        acts = _acts(found, outstanding)
+        return Verdict("bad" if done == 0 else "caution", _("Attention"), text, told, acts)
     return Verdict("good", _("All done"), text, told)
+
+
+def _acts(found: Fleet, outstanding: list[ArmResult]) -> list[str]:
+    """What to do now about arms without a model, and about those that are much worse than the others."""
+    out = []
+    if found.failed:
+        names = first_few([arm.name for arm in found.failed], _MOST_TOLD)
+        out.append(_("Mend the files of {names}, then run the list again.", names=names))
+    if outstanding:
+        names = first_few([arm.name for arm in outstanding], _MOST_TOLD)
+        if found.is_diagnosed:
+            out.append(_("Follow what the pages of {names} say.", names=names))
+        else:
+            out.append(_("Find out what is missing on {names}: `fastcal diagnose`.", names=names))
+    return out
 
 
 def _outstanding(found: Fleet) -> list[ArmResult]:

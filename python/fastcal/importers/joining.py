@@ -18,8 +18,8 @@ from fastcal.importers.reading import Column, Reading, unknown_note
 from fastcal.importers.standstills import core, standstills
 from fastcal.importers.timing import pairs_by_time
 from fastcal.robot.robot import Robot
+from fastcal.said import first_few, said
 from fastcal.said import joined as in_a_row
-from fastcal.said import said
 from fastcal.units import from_si, parse_name, to_si
 
 Pair = tuple[int, int]  # pose, point
@@ -373,9 +373,7 @@ def _note_left_over(join: _Join, points: list[int], poses: list[int]) -> None:
 
 
 def _listed(reading: Reading, rows: Sequence[int]) -> str:
-    shown = ", ".join(reading.label(row) for row in rows[:_LISTED])
-    more = len(rows) - _LISTED
-    return said("{shown} and {count} more", shown=shown, count=more) if more > 0 else shown
+    return first_few([reading.label(row) for row in rows], _LISTED)
 
 
 def si_points(reading: Reading) -> FloatArray | None:

@@ -17,7 +17,7 @@ from fastcal.importers.export import Export, number
 from fastcal.importers.label_columns import LabelColumn, label_columns
 from fastcal.importers.orientation import converted
 from fastcal.importers.words import ANGLES, LENGTHS, Title
-from fastcal.said import said
+from fastcal.said import first_few, said
 
 Column = FloatArray | list[str]
 FULL_TURN = 6.3  # joints in degrees of a calibration go farther than this number, those in radians don't
@@ -164,8 +164,7 @@ def unknown_note(titles: Sequence[str], path: str) -> list[str]:
     """The sentence on columns that are not known, where there are any."""
     if not titles:
         return []
-    shown, more = ", ".join(map(repr, titles[:_MOST_NAMED])), len(titles) - _MOST_NAMED
-    named = said("{shown} and {count} more", shown=shown, count=more) if more > 0 else shown
+    named = first_few(list(map(repr, titles)), _MOST_NAMED)
     return [said("columns of {path} that are not known are left out: {columns}", path=path, columns=named)]
 
 

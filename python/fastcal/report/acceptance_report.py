@@ -87,7 +87,15 @@ def verdict_of(verdict: Judgement | None, remarks: list[Remark]) -> Verdict:
         "cannot_tell": _("The measurement cannot decide whether the arm meets its limits."),
         None: _("No limit was given, so there is no verdict."),
     }[verdict]
-    return Verdict(_TONES[verdict], word, headline, remarks)
+    act = {
+        "pass": [],
+        "fail": [_("Calibrate the arm, compensate its programs, and measure again.")],
+        "cannot_tell": [
+            _("Measure more cycles, or with a more certain instrument: the uncertainty is too large for this limit.")
+        ],
+        None: [_("State the limits, with --limit, to have a verdict.")],
+    }[verdict]
+    return Verdict(_TONES[verdict], word, headline, remarks, act)
 
 
 def judged_sentence(each: Judged) -> str:

@@ -19,6 +19,7 @@ from fastcal.report.language import _, in_language
 from fastcal.report.sections import Section, present, state_word
 from fastcal.report.tables import Cell, Column, Group, Table
 from fastcal.report.words import Remark, Verdict
+from fastcal.said import first_few
 
 MOST_ARMS = 30  # that have sections of their own; the table has all
 _MOST_NAMES = 8
@@ -45,6 +46,7 @@ def arms_page(found: ArmChecks, language: str = "en") -> str:
                 _("Attention") if changed or open_ else _("All hold"),
                 _headline(found, changed),
                 [Remark(f"{arm.name}: {arm_sentence(arm)}", True, "all") for arm in [*changed, *open_][:_MOST_NAMES]],
+                _acts(changed, open_),
             ),
             tiles=[
                 (_("Hold"), str(len(found.of("holds"))), of_all),
@@ -55,6 +57,18 @@ def arms_page(found: ArmChecks, language: str = "en") -> str:
             sections=sections,
             document=_document(found),
         )
+
+
+def _acts(changed: list[ArmCheck], open_: list[ArmCheck]) -> list[str]:
+    """What to do now about the arms that do not hold."""
+    out = []
+    if changed:
+        names = first_few([arm.name for arm in changed], _MOST_NAMES)
+        out.append(_("Find what moved on {names}; then `fastcal update`, or calibrate again.", names=names))
+    if open_:
+        names = first_few([arm.name for arm in open_], _MOST_NAMES)
+        out.append(_("Measure more poses of {names} and check again.", names=names))
+    return out
 
 
 def _headline(found: ArmChecks, changed: list[ArmCheck]) -> str:

@@ -157,14 +157,17 @@ def _parameter_row(parameter: IdentifiedParameter) -> list[Cell]:
     std = parameter.std
     if std is None or not is_known(std) or std <= 0.0:
         std = None
-    change = parameter.value - parameter.nominal
-    texts = with_uncertainty(std, parameter.nominal, parameter.value, change)
+    unit = "deg" if parameter.unit == "rad" else parameter.unit  # as all other angles of the table
+    factor = 1.0 if unit == parameter.unit else float(units.from_si(1.0, unit))
+    nominal, value, std = factor * parameter.nominal, factor * parameter.value, None if std is None else factor * std
+    change = value - nominal
+    texts = with_uncertainty(std, nominal, value, change)
     ratio = abs(change) / std if std and not _is_placed(parameter) else None
     return [
-        Cell(name),
-        Cell(unit_text(parameter.unit)),
-        number_cell(texts[1], parameter.nominal),
-        number_cell(texts[2], parameter.value),
+        Cell(in_words(name)),
+        Cell(unit_text(unit)),
+        number_cell(texts[1], nominal),
+        number_cell(texts[2], value),
         number_cell(texts[0], std),
         number_cell(texts[3], change),
         number_cell("" if ratio is None else fixed(ratio, 1 if ratio < 100 else 0), ratio),

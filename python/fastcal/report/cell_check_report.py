@@ -38,7 +38,7 @@ from fastcal.report.tables import (
     places_in_words,
     unit_text,
 )
-from fastcal.report.words import Remark, Verdict
+from fastcal.report.words import Remark, Verdict, listed
 from fastcal.report.workspace import scene
 from fastcal.robot.robot import Robot
 
@@ -168,8 +168,19 @@ def _whole_page(found: WholeCheck) -> str:
         sections.append(Section("next", _("What to measure next"), lead, tables=[_next_table(found)]))
     tiles = [(_("Poses"), str(found.postures), ""), (_("Chance"), p_text(found.p_value), _("of residuals this large"))]
     title = (_("Check of {robot}", robot=found.cell.name), _("Does the calibration still hold?"))
-    verdict = Verdict(TONES[state], capitalised(state_word(state)), _(found.sentence), [])
+    acts = [] if TONES[state] == "good" else [_act(found)]
+    verdict = Verdict(TONES[state], capitalised(state_word(state)), _(found.sentence), [], acts)
     return cell_page(found.cell, title, verdict, tiles, sections)
+
+
+def _act(found: WholeCheck) -> str:
+    """What to do where the cell may have changed."""
+    if len(found.next):
+        return _("Measure the poses listed below and check again with all rows.")
+    if found.moved:
+        what = listed([in_words(of.label) for of in found.moved])
+        return _("Check {what}, then adopt the change with `fastcal update`, or calibrate again.", what=what)
+    return _("Calibrate the cell again: no single move explains the readings.")
 
 
 def _kind_table(found: WholeCheck) -> Table:

@@ -12,7 +12,7 @@ from fastcal.io.atomic import write_text
 from fastcal.io.folder import atomic_folder
 from fastcal.io.results import write_json
 from fastcal.report.cell_report import cell_page
-from fastcal.report.comparison_report import difference_table
+from fastcal.report.comparison_report import difference_table, which_holds
 from fastcal.report.formatting import significant
 from fastcal.report.language import _, in_language, retold
 from fastcal.report.monitoring_files import COMPARISON_FILES as FILES
@@ -55,6 +55,7 @@ def comparison_page(found: CellComparison, language: str = "en") -> str:
                 _("Different") if different else _("Alike"),
                 _headline(found),
                 [Remark(retold(note), True, "") for note in found.notes],
+                [which_holds()] if different else [],
             ),
             tiles,
             sections,

@@ -36,6 +36,7 @@ from fastcal.said import said
 
 DIAGNOSIS_FILES = ("model.yaml", "diagnosis.json", "report.html")
 _STEPS = {None: said("Places alone"), GEOMETRY: said("Geometry"), FOUND: said("With the effects found")}
+_WITHOUT_EFFECTS = 2  # steps of the gap: places alone, and the geometry
 _CHIPS = 6  # causes beside the verdict
 _MOST_WAYS = 4  # of which other causes are drawn
 
@@ -133,7 +134,8 @@ def gap_figures(found: CellDiagnosis) -> list[Figure]:
         )
         for name in {name for each in found.ways for name in each.found.noise}
     }
-    kinds = [step.test or step.train for step in found.gap]
+    steps = found.gap if found.effects else found.gap[:_WITHOUT_EFFECTS]
+    kinds = [step.test or step.train for step in steps]
     return gap_of_kinds(kinds, noise, on_test=bool(found.gap) and found.gap[-1].test is not None)
 
 
@@ -163,8 +165,10 @@ def _gap_tiles(gap: Sequence[CellStep]) -> list[tuple[str, str, str]]:
         first = (gap[0].test or gap[0].train).get(kind)
         if first is None or first.rms is None or last.rms is None:
             continue
-        size = f"{significant(first.rms, 3)} → {significant(last.rms, 3)} {unit_text(last.kind.unit)}"
-        out.append((_("RMS on test poses") if gap[-1].test else _("RMS error"), size, _(last.kind.plural)))
+        unit = unit_text(last.kind.unit)
+        was = _("was {before} {unit}", before=significant(first.rms, 3), unit=unit)
+        title = _("RMS on test poses") if gap[-1].test else _("RMS error")
+        out.append((title, f"{significant(last.rms, 3)} {unit}", f"{_(last.kind.plural)}, {was}"))
     return out
 
 

@@ -33,7 +33,7 @@ from fastcal.report.parameter_sizes import moved_in_cell, sizes_figure
 from fastcal.report.sections import Section
 from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.words import Verdict, ending
-from fastcal.said import said
+from fastcal.said import parts_of_failure, said
 
 CALIBRATION_FILES = ("model.yaml", "result.json", "report.html")
 _COLOURS = ("#1f6fb4", "#c2571a", "#2b8a57", "#8a4fa0", "#937b10", "#4d5965")  # of views, in turn
@@ -87,7 +87,12 @@ def _calibration_page(found: CellResult) -> str:
     if notes := [retold(note) for note in (*found.notes, found.held) if note]:
         sections.append(Section("notes", _("Notes"), notes=notes))
     tone, word = _TONES[found.status][0], _(_TONES[found.status][1])
-    verdict = Verdict(tone, word, _headline(found), [])
+    acts = (
+        []
+        if tone == "good"
+        else [capitalised(parts_of_failure(found.message)[1] or _("Resolve the warnings, then calibrate again"))]
+    )
+    verdict = Verdict(tone, word, _headline(found), [], acts)
     if found.moved is not None:
         names = ", ".join(found.moved)
         told = _("{names} moved since the calibration.", names=names) if names else _("Nothing moved.")

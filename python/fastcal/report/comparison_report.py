@@ -61,6 +61,7 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
                     *(Remark(_changed(d), True, "parameters") for d in _largest(different)),
                     *(Remark(note[:1].upper() + note[1:] + ".", True, "method") for note in found.notes),
                 ],
+                [which_holds()] if different else [],
             ),
             tiles=[
                 (_("Mean at the tool"), f"{significant(sizes['mean'])} mm", _("bases and tools aligned")),
@@ -93,6 +94,11 @@ def comparison_page(found: Comparison, language: str = "en") -> str:
             ],
             document=[],
         )
+
+
+def which_holds() -> str:
+    """What to do where two models differ."""
+    return _("Measure a few poses: `fastcal check` tells which of the two the arm agrees with now.")
 
 
 def _headline(found: Comparison) -> str:

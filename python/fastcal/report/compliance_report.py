@@ -13,14 +13,14 @@ from fastcal.report import figures, page
 from fastcal.report.figures import Figure, Key
 from fastcal.report.formatting import MISSING, plural, significant, with_uncertainty
 from fastcal.report.language import _, in_language
-from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell
+from fastcal.report.tables import Cell, Column, Group, Table, capitalised, in_words, number_cell, unit_text
 from fastcal.report.words import Verdict
 from fastcal.units import from_si
 
 if TYPE_CHECKING:
     from fastcal.calibration.compliance import Compliance, JointCurve
 
-_NANO = 1e9
+_MICRO = 1e6
 _MOST_TILES = 4
 
 
@@ -58,8 +58,8 @@ def _tiles(found: Compliance) -> list[tuple[str, str, str]]:
     tiles = []
     for own in found.curves[:_MOST_TILES]:
         entries = {entry.name: entry for entry in found.pairs.parameters if entry.owner == own.owner}
-        name, unit = ("critical_nm", "N m") if own.bent else ("compliance_rad_nm", "nrad/(N m)")
-        factor = 1.0 if own.bent else _NANO
+        name, unit = ("critical_nm", unit_text("nm")) if own.bent else ("compliance_rad_nm", f"µ{unit_text('rad_nm')}")
+        factor = 1.0 if own.bent else _MICRO
         entry = entries[name]
         std, value = with_uncertainty(*(None if size is None else factor * size for size in (entry.std, entry.value)))
         note = _("where it bends") if own.bent else _("compliance")
@@ -72,9 +72,9 @@ def _tiles(found: Compliance) -> list[tuple[str, str, str]]:
 def _named(name: str) -> tuple[str, float]:
     """A parameter's name with its unit, and the factor from SI."""
     return {
-        "compliance_rad_nm": (_("compliance (nrad/N m)"), _NANO),
-        "low_rad_nm": (_("below the corner (nrad/N m)"), _NANO),
-        "high_rad_nm": (_("above it (nrad/N m)"), _NANO),
+        "compliance_rad_nm": (_("compliance (µrad/(N m))"), _MICRO),
+        "low_rad_nm": (_("below the corner (µrad/(N m))"), _MICRO),
+        "high_rad_nm": (_("above it (µrad/(N m))"), _MICRO),
         "critical_nm": (_("critical torque (N m)"), 1.0),
     }[name]
 

@@ -16,8 +16,10 @@ from fastcal.report.language import _, in_language, retold
 from fastcal.report.sections import Section, present, state_word, translated
 from fastcal.report.tables import Cell, Column, Group, Table, in_words, unit_text
 from fastcal.report.words import Remark, Verdict
+from fastcal.said import first_few
 
 MOST_ARMS = 24  # whose charts a page has; the table has all
+_MOST_NAMED = 8  # arms in a sentence
 _FEW = 12  # arms: a table of these is open
 OPEN = 4  # arms that ask for attention and are shown without a click
 ON_PAPER = 3  # of them
@@ -54,6 +56,7 @@ def history_page(found: History, language: str = "en") -> str:
                 _("Attention") if bad else _("All hold"),
                 headline,
                 [Remark(f"{a.arm}, {a.date}: {_alarm(a)}", True, "all") for a in found.alarms[-12:]],
+                _acts(bad),
             ),
             tiles=[
                 (_("Arms"), str(len(arms)), ""),
@@ -79,10 +82,23 @@ def _headline(arms: list[ArmHistory], bad: list[ArmHistory]) -> str:
         return _("No arm needs attention.")
     if len(arms) == 1:
         return _("This arm needs attention.")
-    names = ", ".join(a.name for a in bad[:8])
+    names = ", ".join(a.name for a in bad[:_MOST_NAMED])
     if len(bad) == 1:
         return _("1 of {all} arms needs attention: {names}.", all=len(arms), names=names)
     return _("{count} of {all} arms need attention: {names}.", count=len(bad), all=len(arms), names=names)
+
+
+def _acts(bad: list[ArmHistory]) -> list[str]:
+    """What to do now about the arms that need attention."""
+    out = []
+    if changed := [a.name for a in bad if a.state == "changed"]:
+        names = first_few(changed, _MOST_NAMED)
+        out.append(_("Find what moved on {names}; then `fastcal update`, or calibrate again.", names=names))
+    if drifting := [a.name for a in bad if a.state != "changed"]:
+        names = first_few(drifting, _MOST_NAMED)
+        act = _("Check {names} again soon, with more poses: the errors drift, though no check failed.", names=names)
+        out.append(act)
+    return out
 
 
 def _arm(k: int, arm: ArmHistory, *, on_paper: bool, folded: bool) -> Section:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from fastcal.measurements.kinds import POINTS, Kind, KindNoise
 from fastcal.report.formatting import significant
 from fastcal.report.language import _
-from fastcal.report.tables import Cell, capitalised, number_cell, unit_text
+from fastcal.report.tables import Cell, after_number, capitalised, number_cell, unit_text
 
 
 def kind_title(kind: Kind) -> str:
@@ -33,4 +33,4 @@ def beside_mm(value: float | None, unit: str) -> Cell:
 
 def size_text(kind: Kind, value: float) -> str:
     """A standard deviation in SI in the kind's unit."""
-    return f"{significant(kind.shown(value), 2)} {unit_text(kind.unit)}"
+    return f"{significant(kind.shown(value), 2)}{after_number(unit_text(kind.unit))}"

@@ -89,7 +89,8 @@ def _verdict(found: PathFigures, judged: PathVerdict) -> Verdict:
         text = _("ISO 9283 asks for {standard} runs; these are {runs}.", standard=STANDARD_RUNS, runs=found.runs)
         remarks.append(Remark(text, True, "accuracy"))
     if judged.verdict is None:
-        return Verdict("caution", _("Not judged"), farthest, remarks)
+        acts = verdict_of(None, []).acts
+        return Verdict("caution", _("Not judged"), farthest, remarks, acts)
     kept = [Remark(judged_sentence(each), each.verdict != "pass", "accuracy") for each in judged.figures]
     kept += [Remark(missing_sentence(name), True, "accuracy") for name in judged.missing]
     told = [*kept, Remark(farthest, False, "accuracy"), *remarks]

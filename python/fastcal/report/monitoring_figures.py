@@ -24,6 +24,7 @@ _CELLS = 14
 _ENDS_AT = 3.0  # the colours of RMS found over expected
 _RATIOS = [[0.0, "#dfe9ef"], [0.34, "#9cc3d8"], [0.5, "#f4b860"], [1.0, "#a11d1d"]]
 _NARROW_MONTHS = 3  # that are named below a matrix on a narrow screen
+_TOGETHER = 3  # arms that share a line of text beside rows of few pixels
 ALL_NAMED = 40  # arms: of more each has a line of few pixels
 _HEAT = [[0.0, "#f2f6f9"], [0.5, "#6ba3c2"], [1.0, "#0b3f5e"]]
 _MOST_CHARTS = 4
@@ -177,13 +178,19 @@ def months(arms: Sequence[ArmHistory]) -> Figure | None:
     many = len(arms) > ALL_NAMED
     alt = _("Matrix of {count} arms by months, coloured by the RMS found over the expected one.", count=len(arms))
     note = _("A cross is an alarm. A click on an arm opens its charts.")
-    if many:
-        drawn["yaxis"] |= {"showticklabels": False, "ticks": ""}
+    if many:  # there is room for the names of those alone that stand apart
+        asking = [k for k, arm in enumerate(arms) if arm.state in ("changed", "alarm")]
+        beside = [asking[k : k + _TOGETHER] for k in range(0, len(asking), _TOGETHER)]
+        texts = [", ".join(arms[k].name for k in of) for of in beside]
+        drawn["yaxis"] |= {"tickvals": [sum(of) / len(of) for of in beside], "ticktext": texts, "ticks": ""}
     return Figure(
         "months", _("Every arm, month by month"), alt, [heat, marks], drawn, note,
-        key=[Key(_("alarm"), figures.INK, "cross")], height=110 + (7 if many else 22) * len(arms),
+        key=[Key(_("alarm"), figures.INK, "cross")], height=110 + (6 if many else 22) * len(arms),
         paper_height=90 + (4 if many else 15) * len(arms), links=[f"arm-{k}" for k in range(len(arms))],
-        narrow={"xaxis.tickvals": columns[:: -(-len(columns) // _NARROW_MONTHS)]},
+        narrow={
+            "xaxis.tickvals": columns[:: -(-len(columns) // _NARROW_MONTHS)],
+            **({"yaxis.showticklabels": False} if many else {}),
+        },
     )  # fmt: skip
 
 

@@ -56,7 +56,7 @@ def _verdict(found: PathAccuracy) -> Verdict:
     remarks = [Remark(_sureness(found), known is None, "accuracy")]
     if after >= before:
         text = _("Compensation raises the largest error on the path from {before} to {after} mm.", **told)
-        return Verdict("bad", _("No gain"), text, remarks)
+        return Verdict("bad", _("No gain"), text, remarks, [_("Run the program as it is, or calibrate the arm again.")])
     text = _("Compensation lowers the largest error on the path from {before} to {after} mm.", **told)
     return Verdict("good", _("Predicted"), text, remarks)
 

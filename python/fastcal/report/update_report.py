@@ -38,6 +38,7 @@ def update_page(found: UpdateResult, language: str = "en") -> str:
                 unit=unit,
             ),
             [Remark(check_sentence(found.before), found.before.verdict != "holds", "before")],
+            _acts(is_good=is_good),
         )
         tiles = [
             (
@@ -67,6 +68,7 @@ def picture_update_page(found: PictureUpdate, language: str = "en") -> str:
             _("Up to date") if is_good else _("Not explained"),
             _headline(found),
             camera_remarks(found.cameras),
+            _acts(is_good=is_good),
         )
         pictures = Section(
             "pictures",
@@ -76,6 +78,13 @@ def picture_update_page(found: PictureUpdate, language: str = "en") -> str:
         )
         tiles = [(_("RMS error"), after, _("was {before}", before=before))]
         return _page(found, plural(len(found.before.rms_px), "picture"), verdict, tiles, pictures)
+
+
+def _acts(*, is_good: bool) -> list[str]:
+    """What to do with the new model."""
+    if is_good:
+        return [_("Compensate with the new model.yaml from now on.")]
+    return [_("Calibrate again with as many poses as the first time: these are too few for what has changed.")]
 
 
 def _page(found: UpdateResult | PictureUpdate, counted: str, verdict: Verdict, tiles: Tiles, shown: Section) -> str:

@@ -40,12 +40,13 @@ class Remark:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The page's first sentence, its word (`tone`: good, caution or bad), and what is to be added."""
+    """The page's first sentence, its word (`tone`: good, caution or bad), what is to be added, and what to do now."""
 
     tone: str
     word: str
     headline: str
     remarks: list[Remark] = field(default_factory=list)
+    acts: list[str] = field(default_factory=list)
 
 
 def verdict(result: CalibrationResult, train: Rows | None, test: Rows | None, trends: dict[str, Trend]) -> Verdict:

@@ -57,7 +57,7 @@ def test_the_estimate_without_the_bound_is_that_of_a_fit_without_it(results: lis
     assert found.bound.unbounded < 0
     assert found.bound.unbounded == pytest.approx(free.theta[k], abs=0.02 * deviation)
     assert found.bound.std == pytest.approx(deviation, rel=0.05)
-    assert any("joint3 compliance_rad_nm is held at its lower bound 0" in note for note in result.notes)
+    assert any("joint3 compliance_rad_nm is held at its lower bound 0; unconstrained" in note for note in result.notes)
     (entry,) = result.model.spec["effects"]
     assert entry["parameters"] == {"compliance_rad_nm": {"value": 0.0, "std": None}}
     written = next(p for p in result.to_json_dict()["parameters"] if p["name"] == "compliance_rad_nm")

@@ -14,6 +14,7 @@ from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.consensus import Rows, agreeing_rows, leave_freedom
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
+from fastcal.report.language import _, in_language
 from fastcal.report.next_step import step
 
 Array = NDArray[np.float64]
@@ -112,7 +113,11 @@ def test_a_few_rows_from_another_place_are_left_out_with_a_word() -> None:
     result = spoilt.calibrated()
     assert result.status == "converged"
     assert result.outliers == spoilt.bad
-    assert any("30 others to 0.0" in note and note.endswith("only the 70 are used") for note in result.notes)
+    (note,) = (note for note in result.notes if note.endswith("only the 70 are used"))
+    assert "30 others to 0.0" in note
+    assert f" on another fit ({', '.join(map(str, spoilt.bad[:5]))} and 25 more): " in note
+    with in_language("de"):
+        assert f"({', '.join(map(str, spoilt.bad[:5]))} und 25 weitere)" in _(note)
 
 
 def test_a_missing_effect_makes_no_gross_rows() -> None:

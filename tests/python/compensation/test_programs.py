@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fastcal
-from fastcal.compensation import compensate_program
+from fastcal.compensation import TargetRefused, compensate_program, target_points
 from fastcal.compensation.configurations import Configurations
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.programs import Cell, read_program
@@ -338,6 +338,20 @@ def test_home_with_a_stretched_wrist_is_corrected_by_small_moves(arms, fifth) ->
     assert len(notes) == 1
     assert notes[0].startswith("a.src:2: ")
     assert f" {np.degrees(left):.3f} deg are left there" in notes[0]
+
+
+def test_a_target_that_cannot_be_reached_is_named_among_where_the_others_are(arms) -> None:
+    nominal, real = arms("ur5")
+    program = read_program(script(f"movej({UR_HOME})", "movel(p[5, 0, 0, 0, 0, 0])"))
+    with pytest.raises(TargetRefused) as refused:
+        compensate_program(real, program)
+    assert refused.value.target == program.targets[1]
+    points = target_points(nominal, program)
+    np.testing.assert_allclose(points[0], nominal.forward(np.array([program.targets[0].values]))[0, :3, 3], atol=1e-9)
+    base, tool = nominal.core.base_and_tool(nominal.core.nominal)
+    flange = np.eye(4)
+    flange[:3, 3] = [5, 0, -0.1]  # the script's tool is 0.1 m long
+    np.testing.assert_allclose(points[1], (base @ flange @ tool)[:3, 3], atol=1e-9)
 
 
 def test_other_joints_than_the_robot_s_are_refused(arms) -> None:

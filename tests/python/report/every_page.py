@@ -26,6 +26,7 @@ SIZE, WORDS, CHARTS = 1_500_000, 900, 12  # bytes of a file; of a diagnosis befo
 SCREENS = [(width, scheme) for width in (1400, 400) for scheme in ("light", "dark")]
 
 LOOK = """() => {
+  const NEXT = /Next:|Als Nächstes:/;
   const seen = (each) => each.checkVisibility({ visibilityProperty: true });
   const words = [];
   const walker = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
@@ -54,10 +55,12 @@ LOOK = """() => {
       });
     });
   }
+  const verdict = document.querySelector(".verdict")?.textContent ?? "";
   const boxes = [...document.querySelectorAll(".table-box")].filter(seen);
   const charts = plots.filter((plot) => !plot.closest(".flat-views")).length;
   return {
     words: words.length, charts, wide: document.documentElement.scrollWidth, overlap, cut,
+    acts: Boolean(document.querySelector(".verdict.good, .verdict .acts")) || NEXT.test(verdict),
     over: boxes.filter((box) => box.scrollWidth > box.clientWidth + 1).map(named),
     empty: plots.filter((plot) => !["drawn", "message"].includes(plot.dataset.state)).map(named),
   };
@@ -104,6 +107,8 @@ def faults(
             found.append(f"{on}: {seen['wide']} pixels wide")
         if axe is not None:
             found += [f"{on}: axe-core: {rule}: {element[:200]}" for rule, element, _act in inaccessible(shown, axe)]
+        if not seen["acts"]:
+            found.append(f"{on}: the verdict is not good, and says no next act")
         is_diagnosis = not DIAGNOSIS.isdisjoint(page.parent.parent.name.split("_"))
         if is_diagnosis and (seen["words"] > WORDS or seen["charts"] > CHARTS):
             found.append(f"{on}: {seen['words']} words, {seen['charts']} charts")

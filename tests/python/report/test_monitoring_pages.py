@@ -194,9 +194,12 @@ def test_a_fleet_of_a_hundred_arms_is_a_matrix_whose_lines_lead_to_the_arms(brow
       const last = document.getElementById("arm-20").querySelector("details");
       const before = last.open;
       plot.emit("plotly_click", { points: [{ y: 20 }] });
-      return [height, before, last.open, [...document.querySelectorAll("section[id^=arm-] > details")].length];"""
-    height, before, after, folded = browser.probe(history_page(found), script)
+      const named = [...plot.querySelectorAll(".ytick")].map((each) => each.textContent);
+      const folded = document.querySelectorAll("section[id^=arm-] > details").length;
+      return [height, named, before, last.open, folded];"""
+    height, named, before, after, folded = browser.probe(history_page(found), script)
     assert height < 3 * 1230
+    assert named == ["A017, A060"]  # of lines too low for a name each, those that ask for attention
     assert (before, after) == (False, True)
     assert folded == 22  # of 24 with charts two ask for attention
 

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from fastcal import units
 from fastcal.calibration.calibrate import CalibrationResult
 from fastcal.calibration.evaluation import ErrorStatistics, Evaluation, distances
 from fastcal.calibration.kind_errors import table
+from fastcal.calibration.result import IdentifiedParameter
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.kinds import kind_named
 from fastcal.report import tables
@@ -135,3 +137,11 @@ def test_the_worst_row_is_first(make_result: Callable[..., CalibrationResult]) -
     assert errors == sorted(errors, reverse=True)
     assert listed[0][0].sort == float(np.argmax(rows.error_after))
     assert len(listed[0][-1].text.split(", ")) == 6
+
+
+def test_the_place_of_a_station_is_told_in_the_words_and_units_of_the_others() -> None:
+    turned = IdentifiedParameter("station2_rx_rad", "base", 1e-3, 1e-5, "rad", 0.0)
+    (group,) = parameter_table([turned]).groups
+    texts = [cell.text for cell in group.rows[0]]
+    assert texts[:4] == ["station\N{NO-BREAK SPACE}2 rx", "°", "0.00000", "0.05730"]
+    assert group.rows[0][3].sort == pytest.approx(np.rad2deg(1e-3))

@@ -135,6 +135,13 @@ class Looker:
             assert_accessible(self.page, self.axe)
         self.page.emulate_media(color_scheme="light")
 
+    def arrived(self, file: Path, text: str) -> None:
+        """Waits until a dropped file is there: a click before that would take the one before."""
+        for _ in range(600):
+            if file.exists() and file.read_text() == text:
+                break
+            self.page.wait_for_timeout(100)
+
     def picture(self, name: str) -> None:
         if SHOTS:
             self.page.wait_for_timeout(1500)

@@ -16,6 +16,7 @@ import pytest
 
 import fastcal
 from fastcal.cli import main as command
+from fastcal.studio.pictures import RED
 from fastcal.studio.project import Project
 
 from .conftest import patiently
@@ -158,12 +159,21 @@ def test_program_before_and_after(look: Any, studio: Any) -> None:
     repeat(look.get("command").inner_text(), studio.folder)
     # A program that was compensated already is refused with a sentence.
     look.drop("program", studio.folder / "programs" / "demo.script")
-    for _ in range(600):  # a click before it has arrived would compensate the old one
-        if (studio.folder / "inputs" / "demo.script").read_text() == written:
-            break
-        page.wait_for_timeout(100)
+    look.arrived(studio.folder / "inputs" / "demo.script", written)
     look.get("compensate").click()
     look.get("refused").filter(has_text="was compensated already").wait_for()
+    # What cannot be reached is said, and stands out in red among the others.
+    far = studio.folder / "far.script"
+    head = "def far():\n  set_tcp(p[0, 0, 0.1, 0, 0, 0])\n  movej([0, -1.2, 1.3, -1.6, -1.5, 0])\n"
+    far.write_text(f"{head}  movel(p[5, 0, 0, 0, 0, 0])\nend\n")
+    look.drop("program", far)
+    look.arrived(studio.folder / "inputs" / "far.script", far.read_text())
+    look.get("compensate").click()
+    look.get("unreached").wait_for()
+    assert look.get("refused").inner_text().startswith("inputs/far.script:4: ")
+    colours = page.evaluate("document.querySelector('[data-test=unreached]').data[0].marker.color")
+    assert [colour == RED for colour in colours] == [False, True]
+    look.everybody()
 
 
 @patiently

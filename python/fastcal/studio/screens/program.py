@@ -13,7 +13,14 @@ from typing import Any
 import numpy as np
 from nicegui import events, run, ui
 
-from fastcal.compensation import CompensatedProgram, compensate_program, kilograms
+from fastcal.compensation import (
+    CompensatedProgram,
+    TargetRefused,
+    compensate_program,
+    kilograms,
+    shared_in_words,
+    target_points,
+)
 from fastcal.errors import FastcalError
 from fastcal.io.programs import load_program, write_programs
 from fastcal.io.robot_file import load_robot
@@ -84,9 +91,7 @@ def build(studio: Studio) -> None:
                     program = load_program(path)
                     found = await run.io_bound(partial(compensate_program, robot, program, **options))
                 except FastcalError as error:
-                    ui.label(_own(studio, retold(sentence_of(error)))).classes("text-negative").props(
-                        'data-test="refused" role=alert'
-                    )
+                    _refused(studio, robot, path, error)
                     return
                 if found is None:  # the window was closed
                     return
@@ -136,6 +141,26 @@ def _own(studio: Studio, text: str) -> str:
     return text.replace(f"{studio.project.folder}/", "")
 
 
+def _refused(studio: Studio, robot: Robot, path: Path, error: FastcalError) -> None:
+    """Why a program was not compensated; its targets in space where one of them cannot be reached, that one in red."""
+    told = ui.label(_own(studio, retold(sentence_of(error)))).classes("text-negative")
+    told.props('data-test="refused" role=alert')
+    if not isinstance(error, TargetRefused):
+        return
+    program = load_program(path)
+    points = target_points(robot, program)
+    known = [k for k in range(len(points)) if np.isfinite(points[k]).all()]
+    if not known:
+        return
+    colours = [pictures.RED if program.targets[k] == error.target else pictures.BLUE for k in known]
+    texts = [retold(program.targets[k].name) for k in known]
+    nominal = nominal_robot(robot)
+    traces = [pictures.cloud(pictures.millimetres(points[known]), colours, texts, 5)]
+    with card(_("In space"), _("In red the target that cannot be reached.")):
+        shown = pictures.scene([*traces, *pictures.arm(nominal, np.zeros(nominal.joint_count))])
+        ui.plotly(shown).classes("w-full").props('data-test="unreached"')
+
+
 def _shown(
     studio: Studio, robot: Robot, program: Program, found: CompensatedProgram, files: list[Path], line: str
 ) -> None:
@@ -143,12 +168,14 @@ def _shown(
     with card(_("What it does")):
         count = len(found.targets)
         taken = _(
-            "{targets}; error removed: mean {mean:.2f} mm, largest {most:.2f} mm",
+            "{targets}; uncorrected, the tool misses them by {mean:.2f} mm in the mean, {most:.2f} mm at most",
             targets=_("1 target") if count == 1 else _("{count} targets", count=count),
             mean=float(error.mean()),
             most=float(error.max()),
         )
         ui.label(taken).classes("text-lg").props('data-test="taken"')
+        if (shared := shared_in_words(found.shift)) is not None:
+            ui.label(_(shared)).classes("text-sm").props('data-test="shared"')
         foreign_to = foreign(robot.name, program.language.name)
         for sentence in (*([foreign_to] if foreign_to else []), *found.left, *found.assumed):
             ui.label(f"⚠ {_own(studio, retold(sentence))}").classes("text-warning")
