@@ -45,8 +45,18 @@ def page(name: str) -> str:
 
 
 def record(name: str) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((RECORDS / name).read_text(encoding="utf-8"))
+    found: dict[str, Any] = json.loads((RECORDS / name).read_text(encoding="utf-8"), parse_constant=no_number)
     return found
+
+
+def no_number(name: str) -> None:
+    raise ValueError(f"{name} is no JSON")
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in RECORDS.glob("*.json")))
+def test_a_record_is_strict_json(name: str) -> None:
+    """Python writes Infinity and NaN, which other readers refuse."""
+    assert record(name)
 
 
 @pytest.mark.parametrize(("name", "words", "value"), QUOTED, ids=[words for _, words, _ in QUOTED])
@@ -175,6 +185,9 @@ def test_the_table_of_other_hand_eyes_is_that_of_its_record() -> None:
         better = sum(ratio <= 1 for ratio in times["mm"])
         row = f"| {track} | {len(told)} of {len(own)} | {np.median(times['mm']):.2f} | {np.median(times['deg']):.2f} "
         assert f"{row}| {better} of {len(told)} | {max(times['mm']):.2f} |" in text
+    without = [of for of in levels if of["mm"] is None]
+    assert all(of["undetermined"] == of["sessions"] and of["null"] for of in without)
+    assert f"refuses the sessions of {('no', 'one', 'two', 'three')[len(without)]} of these levels" in text
 
 
 def test_the_table_of_arms_that_are_wrong_is_that_of_its_record() -> None:
