@@ -202,6 +202,20 @@ def test_the_table_of_arms_that_are_wrong_is_that_of_its_record() -> None:
     assert f"fastcal at {single['fastcal'][0]:.2f}" in text
 
 
+def test_the_table_of_known_noise_is_that_of_its_records() -> None:
+    text = page("benchmarks.md")
+    for track in ("robot_error", "motion"):
+        found = record(f"bench_kinhec_known_noise_{track}.json")["tracks"][track]
+        own, known = (found["draws"][name] for name in ("fastcal", "known noise"))
+        row = f"| {track} | {own['of']} | {own['levels']:.1f} | {known['levels']:.1f} | {own['all']:.1%} | "
+        row += f"{known['all']:.1%} | {own['times']:.2f} | {known['times']:.2f} |"
+        assert row.replace("%", " %") in text
+    levels = record("bench_kinhec_known_noise_robot_error.json")["tracks"]["robot_error"]["levels"]
+    of = next(of for of in levels if of["level"] == "dh_len_mm=0.1|dh_ang_deg=0.1")
+    numbers = f"{of['mm']:.2f} mm off in the median of {of['sessions']} sessions, known noise {of['known_mm']:.2f} and"
+    assert f"{numbers} the best solver {of['best_mm']:.2f} mm" in text
+
+
 def test_the_table_of_thinned_pictures_is_that_of_its_record() -> None:
     text, draws = page("benchmarks.md"), record("bench_thinned_pictures.json")["draws"]
     worse = [of["calibrate"] / of["hand_eye"] for of in draws if of["calibrate"] > of["hand_eye"]]
