@@ -225,7 +225,7 @@ def _judged_view(
 def _strays(view: View, uv: FloatArray, drawn: FloatArray, order: Sequence[IntArray]) -> list[int]:
     """Rows whose pictures (N, K, 2) fit no posture: so far off, they would carry a fit of few pictures away.
 
-    None where they are more than a third, or all that follow: something was moved.
+    Empty where they are more than a third, or the last ones: something was moved.
     """
     rows = np.flatnonzero(np.isfinite(uv).any(axis=(1, 2)))
     miss = np.array([min(float(_rms(uv[i], drawn[i : i + 1, way])[0]) for way in order) for i in rows])

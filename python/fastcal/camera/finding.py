@@ -129,14 +129,16 @@ def charuco_size(cv2: Any, grey: Picture, board: Mapping[str, Any]) -> tuple[int
     Those are columns and rows exchanged, and inner corners counted in place of squares. The markers of one board are no
     grid of another, of which few corners are then found.
     """
-    corners, ids, _ = cv2.aruco.ArucoDetector(dictionary(cv2, board)).detectMarkers(grey)
+    markers = dictionary(cv2, board)
+    corners, ids, _ = cv2.aruco.ArucoDetector(markers).detectMarkers(grey)
     if ids is None or len(ids) < _FEWEST:
         return None
     columns, rows = int(board["columns"]), int(board["rows"])
     sizes = [(rows, columns), (columns + 1, rows + 1), (rows + 1, columns + 1), (columns - 1, rows - 1)]
     found: dict[tuple[int, int], int] = {}
     for size in sizes:
-        if min(size) <= LEAST_GRID or size[0] * size[1] // 2 <= int(ids.max()):
+        needed = size[0] * size[1] // 2
+        if min(size) <= LEAST_GRID or not int(ids.max()) < needed <= len(markers.bytesList):
             continue
         for legacy in (False, True):
             own = charuco(cv2, {**board, "columns": size[0], "rows": size[1]}, legacy=legacy)

@@ -192,13 +192,16 @@ def test_corners_that_were_not_found_do_not_say_which_square_is_black() -> None:
         assert _black_first(grey, np.full_like(grid, np.nan)) == 0.0
 
 
-@pytest.mark.parametrize("change", ["exchanged", "inner corners", "mirrored", "none of these"])
+@pytest.mark.parametrize("change", ["exchanged", "inner corners", "few markers", "mirrored", "none of these"])
 def test_a_board_with_markers_that_is_not_found_is_said_with_what_is_there(tmp_path: Path, change: str) -> None:
     """Forty markers were seen, and not said that they are those of a board of another size, or mirrored."""
     board = BOARDS["charuco"]
+    if change == "few markers":  # a dictionary that is too small for a board with a column and a row more
+        board = board | {"columns": 10, "rows": 9, "dictionary": "4X4_50"}
     columns, rows = int(board["columns"]), int(board["rows"])
     grey = render(CAMERA, board, before_camera(board, [5.0, 0.0, 0.0], [0.0, 0.0, 0.6]))
     file = {
+        "few markers": board | {"columns": rows, "rows": columns},
         "exchanged": board | {"columns": rows, "rows": columns},
         "inner corners": board | {"columns": columns - 1, "rows": rows - 1},
         "mirrored": board,
