@@ -47,6 +47,7 @@ FloatArray = NDArray[np.float64]
 
 TRACKS = ("robot_error", "outliers", "motion", "pnp", "temporal")
 UNKNOWN_MM = 100.0  # standard deviation of a coordinate of X: nobody can use that
+REFUSED = "fastcal refuses half of the sessions of this level, or more: there is no median"
 _TIER = "small"
 
 
@@ -193,30 +194,37 @@ def level_rows(found: list[dict[str, Any]]) -> list[dict[str, Any]]:
         medians = {name: np.median([errors[name] for errors in own], axis=0) for name in own[0]}
         mine = medians.pop("fastcal")
         row: dict[str, Any] = {"track": track, "level": level, "sessions": len(own)}
-        row["medians"] = {name: [float(of) for of in median] for name, median in medians.items()}
+        row["medians"] = {name: [finite(of) for of in median] for name, median in medians.items()}
         for k, unit in enumerate(("mm", "deg")):
             best = min(medians, key=lambda name: float(medians[name][k]))
-            row |= {unit: float(mine[k]), f"best_{unit}": float(medians[best][k]), f"best_by_{unit}": best}
+            row |= {unit: finite(mine[k]), f"best_{unit}": finite(medians[best][k]), f"best_by_{unit}": best}
+        if row["mm"] is None:
+            row["null"] = REFUSED
         said = [of["undetermined"] for of in found if (of["track"], of["level"]) == (track, level)]
         out.append(row | {"undetermined": int(sum(said))})
     return out
 
 
-def single(rows: list[dict[str, Any]]) -> dict[str, dict[str, list[float]]]:
+def finite(of: float) -> float | None:
+    """None of what JSON has no number for."""
+    return float(of) if np.isfinite(of) else None
+
+
+def single(rows: list[dict[str, Any]]) -> dict[str, dict[str, list[float | None]]]:
     """Of each track and solver the medians over determined levels of shift and turn, times the best at each level."""
-    out: dict[str, dict[str, list[float]]] = {}
+    out: dict[str, dict[str, list[float | None]]] = {}
     for track in dict.fromkeys(row["track"] for row in rows):
         own = [row for row in rows if row["track"] == track and not row["undetermined"]]
         times = {
             name: [
-                [m / row[f"best_{u}"] for m, u in zip(of, ("mm", "deg"), strict=True)]
+                [np.inf if m is None else m / row[f"best_{u}"] for m, u in zip(of, ("mm", "deg"), strict=True)]
                 for row in own
                 for of in [row["medians"][name]]
             ]
             for name in (own[0]["medians"] if own else ())
         }
         times["fastcal"] = [[row[u] / row[f"best_{u}"] for u in ("mm", "deg")] for row in own]
-        out[track] = {name: [float(np.median(k)) for k in zip(*of, strict=True)] for name, of in times.items() if of}
+        out[track] = {name: [finite(np.median(k)) for k in zip(*of, strict=True)] for name, of in times.items() if of}
     return out
 
 
@@ -238,16 +246,18 @@ def main() -> int:
     rows = level_rows(found)
     print(f"{len(found)} sessions; X off by, median of each level")
     for row in rows:
-        met = row["mm"] <= 1.02 * row["best_mm"] and row["deg"] <= 1.02 * row["best_deg"]
+        own = {unit: np.inf if row[unit] is None else row[unit] for unit in ("mm", "deg")}
+        met = own["mm"] <= 1.02 * row["best_mm"] and own["deg"] <= 1.02 * row["best_deg"]
         print(
-            f"{'        ' if met else 'WORSE   '}{row['track']:12}{row['level']:50} fastcal {row['mm']:8.3f} mm "
-            f"{row['deg']:7.4f} deg, best {row['best_mm']:8.3f} mm ({row['best_by_mm']}) {row['best_deg']:7.4f} deg "
+            f"{'        ' if met else 'WORSE   '}{row['track']:12}{row['level']:50} fastcal {own['mm']:8.3f} mm "
+            f"{own['deg']:7.4f} deg, best {row['best_mm']:8.3f} mm ({row['best_by_mm']}) {row['best_deg']:7.4f} deg "
             f"({row['best_by_deg']}), undetermined {row['undetermined']} of {row['sessions']}",
             flush=True,
         )
     alone = single(rows)
     for track, times in alone.items():
-        told = ", ".join(f"{name} {shift:.2f}" for name, (shift, _) in sorted(times.items(), key=lambda of: of[1]))
+        shifts = {name: np.inf if of[0] is None else of[0] for name, of in times.items()}
+        told = ", ".join(f"{name} {shift:.2f}" for name, shift in sorted(shifts.items(), key=lambda of: of[1]))
         print(f"{track}: shift, times the best at each level, median: {told}")
     record: dict[str, Any] = {"tier": _TIER, "seed": given.seed, "repeats": given.repeats}
     record |= {"levels": rows, "single": alone}
@@ -260,7 +270,7 @@ def main() -> int:
                 )
             )
     if given.out is not None:
-        write_text(given.out, json.dumps(record, indent=1) + "\n")
+        write_text(given.out, json.dumps(record, indent=1, allow_nan=False) + "\n")
     return 0
 
 

@@ -49,8 +49,18 @@ def page(name: str) -> str:
 
 
 def record(name: str) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((RECORDS / name).read_text(encoding="utf-8"))
+    found: dict[str, Any] = json.loads((RECORDS / name).read_text(encoding="utf-8"), parse_constant=no_number)
     return found
+
+
+def no_number(name: str) -> None:
+    raise ValueError(f"{name} is no JSON")
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in RECORDS.glob("*.json")))
+def test_a_record_is_strict_json(name: str) -> None:
+    """Python writes Infinity and NaN, which other readers refuse."""
+    assert record(name)
 
 
 @pytest.mark.parametrize(("name", "words", "value"), QUOTED, ids=[words for _, words, _ in QUOTED])
@@ -179,6 +189,9 @@ def test_the_table_of_other_hand_eyes_is_that_of_its_record() -> None:
         better = sum(ratio <= 1 for ratio in times["mm"])
         row = f"| {track} | {len(told)} of {len(own)} | {np.median(times['mm']):.2f} | {np.median(times['deg']):.2f} "
         assert f"{row}| {better} of {len(told)} | {max(times['mm']):.2f} |" in text
+    without = [of for of in levels if of["mm"] is None]
+    assert all(of["undetermined"] == of["sessions"] and of["null"] for of in without)
+    assert f"refuses the sessions of {('no', 'one', 'two', 'three')[len(without)]} of these levels" in text
 
 
 def test_the_table_of_arms_that_are_wrong_is_that_of_its_record() -> None:
@@ -191,6 +204,20 @@ def test_the_table_of_arms_that_are_wrong_is_that_of_its_record() -> None:
         assert f"| `{of['level'].replace('|', ', ')}` | {times} | {own['mm']:.3f} | {own['shah_lm_mm']:.3f} |" in text
     single = found["single"]["robot_error"]
     assert f"fastcal at {single['fastcal'][0]:.2f}" in text
+
+
+def test_the_table_of_known_noise_is_that_of_its_records() -> None:
+    text = page("benchmarks.md")
+    for track in ("robot_error", "motion"):
+        found = record(f"bench_kinhec_known_noise_{track}.json")["tracks"][track]
+        own, known = (found["draws"][name] for name in ("fastcal", "known noise"))
+        row = f"| {track} | {own['of']} | {own['levels']:.1f} | {known['levels']:.1f} | {own['all']:.1%} | "
+        row += f"{known['all']:.1%} | {own['times']:.2f} | {known['times']:.2f} |"
+        assert row.replace("%", " %") in text
+    levels = record("bench_kinhec_known_noise_robot_error.json")["tracks"]["robot_error"]["levels"]
+    of = next(of for of in levels if of["level"] == "dh_len_mm=0.1|dh_ang_deg=0.1")
+    numbers = f"{of['mm']:.2f} mm off in the median of {of['sessions']} sessions, known noise {of['known_mm']:.2f} and"
+    assert f"{numbers} the best solver {of['best_mm']:.2f} mm" in text
 
 
 def test_the_table_of_thinned_pictures_is_that_of_its_record() -> None:

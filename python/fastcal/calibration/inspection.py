@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 BAD_SHARE = 0.01  # of the reach; calibrated arms miss by a thousandth at most
 LEFT = 1e-3  # of the reach; calibrated arms of the right lengths miss by less, whatever is missing
 BAD_PICTURE = 0.01  # of a picture's width; calibrated cameras miss by a thousandth at most
+LEFT_PICTURE = 4e-3  # of a picture's width; calibrated arms miss by less, but for slack joints
 BAD_TURN = to_si(5.0, "deg")  # calibrated arms and cameras miss by a degree at most
 COOLEST_F, HOTTEST_F = 50.0, 120.0  # degrees Fahrenheit of a workshop, 10 to 49 degC
 BESIDE_K = 10.0  # by which rows read as Fahrenheit may lie beyond the other rows
@@ -97,7 +98,7 @@ def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[s
     ]
     if messages and not as_read:
         raise InvalidInput(_refused(fit.data, messages[0]))
-    return messages or _another_arm(robot, fit)
+    return messages or _another_arm(robot, fit) or _another_arm_in_pictures(robot, fit)
 
 
 def _another_arm(robot: Robot, fit: Evaluation) -> list[str]:
@@ -117,6 +118,34 @@ def _another_arm(robot: Robot, fit: Evaluation) -> list[str]:
             reach=float(from_si(robot.reach, "mm")),
         )
     ]
+
+
+def _another_arm_in_pictures(robot: Robot, fit: Evaluation) -> list[str]:
+    """The same of corners, where they are all that was read."""
+    if list(fit.kinds) != [CORNERS]:
+        return []
+    of = fit.kinds[CORNERS]
+    if of.before is None or np.isnan(of.before).all() or np.isnan(of.after).all():
+        return []
+    width = _widest(robot)
+    before, after = float(np.nanmedian(of.before)), float(np.nanmedian(of.after))
+    if before <= BAD_PICTURE * width or after <= LEFT_PICTURE * width:
+        return []
+    return [
+        said(
+            "half of the corners miss the nominal arm by more than {before:.3g} px with cameras and boards where they "
+            "fit best, and the calibrated one by more than {after:.3g} px, in pictures {width:.0f} px wide: is it this "
+            "arm that moved, and are board and lens those of the files?",
+            before=before,
+            after=after,
+            width=width,
+        )
+    ]
+
+
+def _widest(robot: Robot) -> float:
+    """The width of the widest pictures [px]."""
+    return max(float(camera["size_px"][0]) for camera in robot.description.cameras.values())
 
 
 def _far_points(robot: Robot, fit: Evaluation) -> str | None:
@@ -156,7 +185,7 @@ def _far_corners(robot: Robot, fit: Evaluation) -> str | None:
         return None
     (of,) = fit.kinds.values()
     median = float(np.nanmedian(of.after)) if not np.isnan(of.after).all() else 0.0
-    width = max(float(camera["size_px"][0]) for camera in robot.description.cameras.values())
+    width = _widest(robot)
     if median <= BAD_PICTURE * width:
         return None
     return said(

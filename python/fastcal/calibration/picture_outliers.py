@@ -23,6 +23,7 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 
 WORSE = 8.0  # times what is usual: such pictures stand out, and such corners do not agree with one another
+_PLAINLY = 0.4  # pixels by which corners of a sharp picture do not miss each other
 _FEWEST = 5  # pictures that say what is usual
 _LISTED = 12  # rows that a sentence names
 
@@ -53,8 +54,9 @@ def outlier_notes(model: Robot, data: Dataset, outliers: Sequence[int], errors: 
             continue
         typical = float(np.median(list(left.values())))
         far = _standing_out(errors.after[:, part])
-        if errors.before is not None:  # a fit that hardly misses the others makes much of little
-            far &= _standing_out(errors.before[:, part])
+        # A fit that hardly misses the others makes much of little, but for corners that plainly disagree.
+        plain = np.zeros(len(far), dtype=bool) if errors.before is None else ~_standing_out(errors.before[:, part])
+        far &= ~plain | np.isin(np.arange(len(far)), [row for row, of in left.items() if of > _PLAINLY])
         own = {row: left[row] for row in outliers if row in left and far[row]}
         if bad := [row for row, of in own.items() if of > WORSE * typical]:
             worst = max(own[row] for row in bad)
@@ -62,7 +64,7 @@ def outlier_notes(model: Robot, data: Dataset, outliers: Sequence[int], errors: 
                 f"{view.shown}: the corners of {rows_in_words(bad)} do not agree with one another, by up to "
                 f"{worst:.2g} px ({typical:.2g} usually): blurred, clipped or misread; less weight is given to them"
             )
-        if bad := [row for row, of in own.items() if of <= WORSE * typical]:
+        if bad := [row for row, of in own.items() if of <= WORSE * typical and not plain[row]]:
             out.append(
                 f"{view.shown}: the corners of {rows_in_words(bad)} agree with one another and not with their posture: "
                 "did the arm still move, or is it another posture's picture? Less weight is given to them"

@@ -24,6 +24,7 @@ from fastcal.calibration.inspection import ACCEPT
 from fastcal.calibration.lens_or_size import other_sizes
 from fastcal.calibration.picture_arm import arm_of
 from fastcal.calibration.picture_knocks import knock_note
+from fastcal.calibration.picture_notes import of_other_rows, renumbered, stray_note
 from fastcal.calibration.picture_outliers import rows_in_words
 from fastcal.calibration.picture_readings import (
     FAR,
@@ -48,10 +49,10 @@ TURNED = 20.0  # times better in another order of corners, in its own row: no ot
 ABOUT = 4.0  # times the median picture: an arm as it is drawn misses some pictures by more than others
 SECOND = "corner_again"  # of a data set: second pictures of a camera and board in their rows
 FEWEST = 4  # pictures of a camera and a board, from which a few can be told from the many
-_LISTED = 12  # rows that a sentence names
-_MOSTLY = 0.8  # of pictures that are of other rows: when so many are as many rows off, they slipped
-_OTHER_END = "it was read from its other end, rotated by 180 degrees; its corners are renumbered"
-_MIRRORED = "its corners are in mirrored order; they are renumbered"
+_LISTED = 12  # pictures that another start is tried on
+_STRAY = 50.0  # times the median picture, and _ASTRAY of a picture's width: what misses by more fits no posture at all
+_ASTRAY = 0.05
+_TAIL = 3  # last pictures, from which something may have been moved before them
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ def judged_pictures(
     if not ways:
         return Pictures(data)
     arm = arm_of(robot, data) if unknowns is None else None
-    found = judged(robot.description, data.observed, ways, mend=mend, arm=arm)
+    found = judged(robot.description, data.observed, ways, mend=mend, arm=arm, first=unknowns is None)
     if found.notes:
         data = replace(data, observed={**data.observed, CORNERS: found.uv})
     other = None if arm is None else other_sizes(robot, data, threads)
@@ -148,6 +149,7 @@ def judged(
     *,
     mend: bool,
     arm: Arm | None = None,
+    first: bool = False,
 ) -> Judged:
     """The corners as they were meant.
 
@@ -158,6 +160,7 @@ def judged(
             have; that which the pictures fit best counts.
         mend: Put pictures into the rows that they fit, instead of leaving them out.
         arm: What carries cameras and boards, to ask what was meant where pictures are far off; None: that is not asked.
+        first: They are to be fitted: leave out what fits no posture. What a model is tried on keeps it.
     """
     drawn = min(ways, key=lambda drawn: _misfit(rig, tables[CORNERS], drawn))
     count = len(drawn)
@@ -171,7 +174,7 @@ def judged(
         there = [(i, of[i]) for of in (own, again[:, part]) for i in range(count)]
         found = [Picture(i, seen) for i, seen in there if np.isfinite(seen).any()]
         others = {name: entry for name, entry in rig.cameras.items() if name != camera}
-        of_view = _judged_view(view, found, drawn[:, part], others, arm, mend=mend)
+        of_view = _judged_view(view, found, drawn[:, part], others, arm, mend=mend, first=first)
         uv[:, part] = of_view.uv
         notes += of_view.notes
         meant += of_view.meant
@@ -186,6 +189,7 @@ def _judged_view(
     arm: Arm | None,
     *,
     mend: bool,
+    first: bool,
 ) -> Judged:
     """The corners (N, K, 2) of one camera and board as they were meant; `drawn` likewise."""
     order, notes = orders(view.board), []
@@ -202,23 +206,35 @@ def _judged_view(
     moved = [picture for picture in placed if picture.fits != picture.row]
     rows, fits = (np.array([getattr(picture, key) for picture in moved]) for key in ("row", "fits"))
     if arm is not None and not mend and 2 * len(moved) > len(found):
-        return Judged(view.uv, (), (_of_other_rows(view.shown, rows, fits, "--mend puts them where they fit"),))
+        return Judged(view.uv, (), (of_other_rows(view.shown, rows, fits, mend=None),))
     uv = np.full_like(view.uv, np.nan)
     for picture in sorted(placed, key=lambda picture: picture.fits != picture.row, reverse=True):
         if picture.fits == picture.row or mend:
             uv[picture.fits] = picture.uv[order[picture.order]]
-    notes += _renumbered(view.shown, placed)
+    notes += renumbered(view.shown, [(of.row, of.order) for of in placed])
     if moved:
-        done = "they are put there" if mend else "they are left out; --mend moves them to the rows where they fit"
-        notes.append(_of_other_rows(view.shown, rows, fits, done))
-    knocked = None if arm is None else knock_note(replace(view, uv=uv), arm)
-    return Judged(uv, (*notes, *([] if knocked is None else [knocked])), ())
+        notes.append(of_other_rows(view.shown, rows, fits, mend=mend))
+    if arm is not None and (knocked := knock_note(replace(view, uv=uv), arm)) is not None:
+        return Judged(uv, (*notes, knocked), ())
+    if first and (strays := _strays(view, uv, drawn, order)):
+        uv[strays] = np.nan
+        notes.append(stray_note(view.shown, strays))
+    return Judged(uv, tuple(notes), ())
 
 
-def _renumbered(shown: str, placed: Sequence[Picture]) -> Iterator[str]:
-    for is_mirrored, what in ((False, _OTHER_END), (True, _MIRRORED)):
-        if turned := [of.row for of in placed if of.order and (of.order > 1) is is_mirrored]:
-            yield f"{shown}: in {rows_in_words(turned)} {what}"
+def _strays(view: View, uv: FloatArray, drawn: FloatArray, order: Sequence[IntArray]) -> list[int]:
+    """Rows whose pictures (N, K, 2) fit no posture: so far off, they would carry a fit of few pictures away.
+
+    Empty where they are more than a third, or the last ones: something was moved.
+    """
+    rows = np.flatnonzero(np.isfinite(uv).any(axis=(1, 2)))
+    miss = np.array([min(float(_rms(uv[i], drawn[i : i + 1, way])[0]) for way in order) for i in rows])
+    if len(rows) < FEWEST:
+        return []
+    far = miss > max(_STRAY * float(np.median(miss)), _ASTRAY * float(view.camera["size_px"][0]))
+    count = int(far.sum())
+    is_tail = count >= _TAIL and bool(far[-count:].all())
+    return [] if 3 * count > len(rows) or is_tail else rows[far].tolist()
 
 
 def _of_other_cameras(rig: Seeing, uv: FloatArray, drawn: FloatArray, *, mend: bool) -> Iterator[str]:
@@ -377,19 +393,3 @@ def _rms(seen: FloatArray, drawn: FloatArray) -> FloatArray:
     known = np.isfinite(seen).all(axis=1)
     seen, drawn = seen[known], drawn[:, known]
     return np.asarray(np.sqrt(np.mean(np.sum((drawn - seen) ** 2, axis=2), axis=1)))
-
-
-def _of_other_rows(shown: str, rows: IntArray, fits: IntArray, done: str) -> str:
-    """What is said of pictures that fit other rows: exchanged in pairs, slipped by as many rows, or of other rows."""
-    pairs = dict(zip(rows.tolist(), fits.tolist(), strict=True))
-    if all(pairs.get(j) == i for i, j in pairs.items()):
-        told = " and ".join(f"{i} and {j}" for i, j in pairs.items() if i < j)
-        return f"{shown}: the pictures of rows {told} are exchanged; {done}"
-    steps, counts = np.unique(rows - fits, return_counts=True)
-    if counts.max() > _MOSTLY * len(rows):  # the last of a table may have come round to its beginning
-        step = steps[np.argmax(counts)]
-        by = "to the next row" if step == 1 else f"by {step} rows"
-        fitted = f"they fit the postures of {rows_in_words(fits)}"
-        return f"{shown}: the pictures of {rows_in_words(rows)} slipped {by}: {fitted}; {done}"
-    told = ", ".join(f"{i} the posture of {j}" for i, j in list(pairs.items())[:_LISTED])
-    return f"{shown}: pictures are in the wrong rows: that of row {told}; {done}"

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -190,6 +191,8 @@ def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
             if several
             else said("give the two parts different `station` or `mount` labels")
         )
+        if kind.name == CORNERS:
+            return said("{moved}: the camera, the base or the board moved; {labels}", moved=moved, labels=labels)
         return said("{moved}: the tracker, the base or the target moved; {labels}", moved=moved, labels=labels)
     labels = (
         said("give the parts different `station` or `mount` labels to use all")
@@ -197,12 +200,14 @@ def shift_note(shift: Shift, count: int, kind: Kind, *, is_used: bool) -> str:
         else said("give the two parts different `station` or `mount` labels to use both")
     )
     kept = shift.kept(count)
+    numbers: dict[str, Any] = {"moved": moved, "first": int(kept[0]), "last": int(kept[-1]), "labels": labels}
+    if kind.name == CORNERS:
+        return said(
+            "{moved}: the camera, the base or the board moved. Only rows {first} to {last} are used; {labels}",
+            **numbers,
+        )
     return said(
-        "{moved}: the tracker, the base or the target moved. Only rows {first} to {last} are used; {labels}",
-        moved=moved,
-        first=int(kept[0]),
-        last=int(kept[-1]),
-        labels=labels,
+        "{moved}: the tracker, the base or the target moved. Only rows {first} to {last} are used; {labels}", **numbers
     )
 
 

@@ -123,6 +123,31 @@ def _charuco(
     return None, f"no corners of a ChArUco board were found: {markers} markers of {board['dictionary']} are seen"
 
 
+def charuco_size(cv2: Any, grey: Picture, board: Mapping[str, Any]) -> tuple[int, int] | None:
+    """Columns and rows of the ChArUco board in a picture; None: it is none of a size that is easily mistaken.
+
+    Those are columns and rows exchanged, and inner corners counted in place of squares. The markers of one board are no
+    grid of another, of which few corners are then found.
+    """
+    markers = dictionary(cv2, board)
+    corners, ids, _ = cv2.aruco.ArucoDetector(markers).detectMarkers(grey)
+    if ids is None or len(ids) < _FEWEST:
+        return None
+    columns, rows = int(board["columns"]), int(board["rows"])
+    sizes = [(rows, columns), (columns + 1, rows + 1), (rows + 1, columns + 1), (columns - 1, rows - 1)]
+    found: dict[tuple[int, int], int] = {}
+    for size in sizes:
+        needed = size[0] * size[1] // 2
+        if min(size) <= LEAST_GRID or not int(ids.max()) < needed <= len(markers.bytesList):
+            continue
+        for legacy in (False, True):
+            own = charuco(cv2, {**board, "columns": size[0], "rows": size[1]}, legacy=legacy)
+            numbers = cv2.aruco.CharucoDetector(own).detectBoard(grey, markerCorners=corners, markerIds=ids)[1]
+            found[size] = max(found.get(size, 0), 0 if numbers is None else len(numbers))
+    best = max(found, key=lambda size: found[size], default=None)
+    return best if best is not None and found[best] >= max(_FEWEST, len(ids) // 2) else None
+
+
 def _april_grid(
     cv2: Any, grey: Picture, small: Picture, scale: float, board: Mapping[str, Any]
 ) -> tuple[FloatArray | None, str]:

@@ -50,10 +50,13 @@ def turns_right(grid: FloatArray) -> bool:
 
 
 def _black_first(grey: Picture, grid: FloatArray) -> float:
-    """How much darker the squares are that should be black: those of even column plus row."""
+    """How much darker the squares are that should be black: those of even column plus row.
+
+    Squares with a corner that was not found say nothing.
+    """
     centre = (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:]) / 4
-    x, y = (np.clip(np.rint(centre[..., k]).astype(int), 0, grey.shape[1 - k] - 1) for k in (0, 1))
-    i, j = np.indices(centre.shape[:2])
+    seen = np.isfinite(centre).all(axis=2)
+    x, y = (np.clip(np.rint(centre[seen][:, k]).astype(int), 0, grey.shape[1 - k] - 1) for k in (0, 1))
+    even = (np.indices(seen.shape).sum(axis=0) % 2 == 0)[seen]
     level = grey[y, x].astype(np.float64)
-    even = (i + j) % 2 == 0
-    return float(level[~even].mean() - level[even].mean()) if (~even).any() else 0.0
+    return float(level[~even].mean() - level[even].mean()) if even.any() and (~even).any() else 0.0

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""Where no picture shows a checkerboard as its file describes it: does one show a board of another size?
+"""Where no picture shows a board as its file describes it: does one show a board of another size, or its mirror image?
 
 Files that count inner corners instead of squares, or that are of the board beside it, are a column or a row or two off.
 """
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fastcal.camera.finding import grid_size
+from fastcal.camera.finding import Picture, charuco_size, find_board, grid_size
 from fastcal.camera.opencv import opencv
 from fastcal.camera.thumbnails import MOST_BYTES
 from fastcal.io.regular_file import read_bytes
@@ -37,6 +37,9 @@ def other_size(pictures: Sequence[Path], boards: Mapping[str, Mapping[str, Any]]
         grey = cv2.imdecode(np.frombuffer(read_bytes(path, MOST_BYTES), np.uint8), cv2.IMREAD_GRAYSCALE)
         least = min(_SIDE / max(grey.shape), 1.0)
         grey = cv2.resize(grey, None, fx=least, fy=least, interpolation=cv2.INTER_AREA)
+        for name, board in {} if larger else boards.items():  # first: a part of such a board passes for a checkerboard
+            if text := _with_markers(cv2, grey, path.name, name, board):
+                return text
         size = grid_size(cv2, grey)
         for name, board in boards.items():
             shown = None if size is None else _shown(board, size, larger=larger)
@@ -52,6 +55,30 @@ def other_size(pictures: Sequence[Path], boards: Mapping[str, Mapping[str, Any]]
                     rows=shown[1] + 1,
                 )
     return ""
+
+
+def _with_markers(cv2: Any, grey: Picture, picture: str, name: str, board: Mapping[str, Any]) -> str:
+    """What a picture shows in place of a board with markers: its mirror image, or a ChArUco board of another size."""
+    if str(board["kind"]) not in ("charuco", "april_grid"):
+        return ""
+    if find_board(np.ascontiguousarray(grey[:, ::-1]), board).count:
+        return said(
+            "{picture} is mirrored, left for right, as some programs show pictures: its mirror image shows board "
+            "{name}",
+            picture=picture,
+            name=name,
+        )
+    size = charuco_size(cv2, grey, board) if board["kind"] == "charuco" else None
+    if size is None:
+        return ""
+    return said(
+        "{picture} shows a ChArUco board of {columns} x {rows} squares: for board {name} write columns: {columns}, "
+        "rows: {rows}",
+        picture=picture,
+        name=name,
+        columns=size[0],
+        rows=size[1],
+    )
 
 
 def _shown(board: Mapping[str, Any], size: tuple[int, int], *, larger: bool) -> tuple[int, int] | None:

@@ -68,7 +68,7 @@ def judged_readings(cell: Cell, readings: Readings, *, known: bool = False, mend
     if not known:
         with suppress(InvalidInput):  # which the fit will say
             places.append(rig_start(cell, readings))
-    found = judged(cell, readings.tables, [_drawn(cell, readings, at) for at in places], mend=mend)
+    found = judged(cell, readings.tables, [_drawn(cell, readings, at) for at in places], mend=mend, first=not known)
     return replace(readings, tables={**readings.tables, CORNERS: found.uv}, notes=(*readings.notes, *found.notes))
 
 

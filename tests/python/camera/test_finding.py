@@ -4,6 +4,7 @@
 
 import builtins
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ import numpy as np
 import pytest
 
 from fastcal.camera.finding import find_board
+from fastcal.camera.grids import _black_first
 from fastcal.camera.opencv import opencv
+from fastcal.camera.other_size import other_size
 from fastcal.camera.rendering import Exposure, render
 from fastcal.errors import InvalidInput
 from fastcal.io.lens_file import read_target
@@ -173,3 +176,43 @@ def test_an_old_opencv_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cv2, "__version__", "4.6.0")
     with pytest.raises(InvalidInput, match=r"4\.8 or newer, got 4\.6\.0"):
         opencv()
+
+
+def test_corners_that_were_not_found_do_not_say_which_square_is_black() -> None:
+    """Of a blurred picture one corner was lost, and numpy's warning reached the terminal."""
+    board = BOARDS["checkerboard"]
+    T = before_camera(board, [0.0, 0.0, 0.0], [0.0, 0.0, 0.6])
+    grey, true = render(CAMERA, board, T), drawn(board, T)
+    grid = true.reshape(board["rows"] - 1, board["columns"] - 1, 2)
+    lost = grid.copy()
+    lost[0, 1] = np.nan
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert _black_first(grey, lost) == pytest.approx(_black_first(grey, grid), rel=0.1)
+        assert _black_first(grey, np.full_like(grid, np.nan)) == 0.0
+
+
+@pytest.mark.parametrize("change", ["exchanged", "inner corners", "few markers", "mirrored", "none of these"])
+def test_a_board_with_markers_that_is_not_found_is_said_with_what_is_there(tmp_path: Path, change: str) -> None:
+    """Forty markers were seen, and not said that they are those of a board of another size, or mirrored."""
+    board = BOARDS["charuco"]
+    if change == "few markers":  # a dictionary that is too small for a board with a column and a row more
+        board = board | {"columns": 10, "rows": 9, "dictionary": "4X4_50"}
+    columns, rows = int(board["columns"]), int(board["rows"])
+    grey = render(CAMERA, board, before_camera(board, [5.0, 0.0, 0.0], [0.0, 0.0, 0.6]))
+    file = {
+        "few markers": board | {"columns": rows, "rows": columns},
+        "exchanged": board | {"columns": rows, "rows": columns},
+        "inner corners": board | {"columns": columns - 1, "rows": rows - 1},
+        "mirrored": board,
+        "none of these": board | {"dictionary": "4X4_250"},
+    }[change]
+    path = tmp_path / "a.png"
+    cv2.imwrite(str(path), grey[:, ::-1] if change == "mirrored" else grey)
+    says = other_size([path], {"plate": file})
+    if change == "none of these":
+        assert says == ""
+    elif change == "mirrored":
+        assert says.startswith("a.png is mirrored, left for right")
+    else:
+        assert says.endswith(f"for board plate write columns: {columns}, rows: {rows}")

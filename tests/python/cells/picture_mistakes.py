@@ -135,6 +135,17 @@ def blurred(uv: FloatArray) -> FloatArray:
     return uv
 
 
+def upside_down(uv: FloatArray) -> FloatArray:
+    """Three pictures as a camera saves them that believes that it stands on its head."""
+    return changed(uv, [2, 6, 9], lambda of: np.array(scene.SIZE) - 1 - of)
+
+
+def a_little_blurred(uv: FloatArray) -> FloatArray:
+    """By less than the nominal arm is off, which hid it."""
+    uv[:3] += 1.5 * np.random.default_rng(1).standard_normal(uv[:3].shape)
+    return uv
+
+
 def while_moving(uv: FloatArray) -> FloatArray:
     uv[4] += [25, 8]
     return uv
@@ -315,6 +326,12 @@ MISTAKES: dict[str, Mistake] = {
         of_corners(lambda uv: changed(uv, slice(1, None), np.full_like(uv[1:], np.nan).__add__)), "no joint moved"
     ),
     "blurred pictures": Mistake(of_corners(blurred), "corners of rows 0, 1, 2 do not agree with one another", False),
+    "a little blurred": Mistake(
+        of_corners(a_little_blurred), "corners of rows 0, 1, 2 do not agree with one another", False
+    ),
+    "some upside down": Mistake(
+        of_corners(upside_down), "the pictures of rows 2, 6, 9 fit no posture of the table", False
+    ),
     "taken while moving": Mistake(
         of_corners(while_moving), "row 4 agree with one another and not with their posture", False
     ),

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fastcal.calibration.pictures import Picture, _of_other_rows, _placed
+from fastcal.calibration.picture_notes import of_other_rows
+from fastcal.calibration.pictures import Picture, _placed
 from fastcal.cli.app import main
 
 from . import camera_scene as scene
@@ -75,8 +76,18 @@ def test_a_board_from_its_other_end_is_turned_where_the_arm_misses_it_by_more_th
 
 def test_pictures_that_slipped_round_the_end_slipped() -> None:
     rows = np.arange(12)
-    said = _of_other_rows("board plate", rows, (rows - 1) % 12, "they are left out")
+    said = of_other_rows("board plate", rows, (rows - 1) % 12, mend=False)
     assert "slipped to the next row" in said
+
+
+def test_one_picture_of_another_row_did_not_slip() -> None:
+    """Of two that were exchanged the other may fit nothing; it was said to have slipped by seven rows."""
+    said = of_other_rows("board plate", np.array([11]), np.array([4]), mend=False)
+    assert said == (
+        "board plate: the picture of row 11 fits the posture of row 4; it is left out; --mend moves it to the row that "
+        "it fits"
+    )
+    assert of_other_rows("board plate", np.array([11]), np.array([4]), mend=True).endswith("; it is put there")
 
 
 def test_a_camera_that_took_no_picture_is_no_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
