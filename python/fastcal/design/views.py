@@ -24,7 +24,9 @@ from fastcal.units import to_si
 STEEPEST = to_si(50.0, "deg")  # that a camera looks at a board: farther, corners blur into each other
 _FLANGE, _STILL = "arm", ("world", "arm.base")  # what a camera or board stands on: it moves as the tool does, or not
 MARGIN, FAR_MARGIN = 0.02, 0.08  # of the picture's sides that stays free of corners; where places are hardly known
-_FILLS = (0.3, 0.9)  # of the picture's height that a board's size takes, far and near
+_NEAREST = 0.9  # of the picture's height that a board's size takes
+_FARTHEST = (0.3, 0.1)  # the same, and where the arm reaches few of these views
+_FEW = 0.1  # of the views that are tried
 _WHOLE = ("checkerboard", "circles", "points")  # of which all corners must be in the picture
 _PART = 0.5  # of the corners of others
 _AROUND = 0.2  # of the ranges around their middle where the search for a posture begins: arms like to stand there
@@ -43,7 +45,7 @@ def drawn_postures(
         focus: Least and greatest distance of a board's middle from a camera [m]; None: as the picture's size wants it.
         threads: Cores.
     """
-    spec, wanted = robot.description, []
+    spec = robot.description
     T_flange_tool = np.asarray(robot.core.base_and_tool(robot.core.nominal)[1])
     pairs = [
         (camera, board)
@@ -54,25 +56,38 @@ def drawn_postures(
     if not pairs:
         ranges = joint_ranges(robot)
         return random.uniform(ranges[:, 0], ranges[:, 1], (_DRAWN * count, len(ranges)))
-    for k in range(count):
-        camera, board = pairs[k % len(pairs)]
-        T_board_camera = _view(camera, board, random, focus)
-        in_hand = camera["on"] == _FLANGE
-        own, other = (camera, board) if in_hand else (board, camera)
-        T_world_other = frames_of(robot, np.zeros((1, robot.joint_count)), other["on"])[0] @ pose(other)
-        T_other_own = T_board_camera if in_hand else se3.inverse(T_board_camera)
-        wanted.append(T_world_other @ T_other_own @ se3.inverse(pose(own)) @ T_flange_tool)
     ranges = joint_ranges(robot)
     middle, width = ranges.mean(axis=1), np.ptp(ranges, axis=1)
-    seeds = middle + _AROUND * random.uniform(-1, 1, (count, len(ranges))) * width
-    found = inverse_kinematics(
-        robot, np.array(wanted), seeds, restarts=4, tolerance_m=1e-4, tolerance_rad=1e-4, threads=threads
-    )
-    return unwound(found.q[np.asarray(found.status) == "reached"], middle, ranges)
+    q = np.zeros((0, len(ranges)))
+    for fill in _FARTHEST[: 1 if focus else None]:
+        wanted = []
+        for k in range(count):
+            camera, board = pairs[k % len(pairs)]
+            T_board_camera = _view(camera, board, random, focus or _distances(camera, board, fill))
+            in_hand = camera["on"] == _FLANGE
+            own, other = (camera, board) if in_hand else (board, camera)
+            T_world_other = frames_of(robot, np.zeros((1, robot.joint_count)), other["on"])[0] @ pose(other)
+            T_other_own = T_board_camera if in_hand else se3.inverse(T_board_camera)
+            wanted.append(T_world_other @ T_other_own @ se3.inverse(pose(own)) @ T_flange_tool)
+        seeds = middle + _AROUND * random.uniform(-1, 1, (count, len(ranges))) * width
+        found = inverse_kinematics(
+            robot, np.array(wanted), seeds, restarts=4, tolerance_m=1e-4, tolerance_rad=1e-4, threads=threads
+        )
+        q = np.vstack([q, found.q[np.asarray(found.status) == "reached"]])
+        if len(q) >= _FEW * count:
+            break
+    return unwound(q, middle, ranges)
+
+
+def _distances(camera: dict[str, Any], board: dict[str, Any], fill: float) -> tuple[float, float]:
+    """Least and greatest distance [m] at which a board takes _NEAREST and `fill` of the picture's shorter side."""
+    size = float(np.ptp(board_corners(board)[:, :2], axis=0).max())
+    near, far = (float(np.mean(camera["focal_px"])) * size / (of * min(camera["size_px"])) for of in (_NEAREST, fill))
+    return near, far
 
 
 def _view(
-    camera: dict[str, Any], board: dict[str, Any], random: np.random.Generator, focus: tuple[float, float] | None
+    camera: dict[str, Any], board: dict[str, Any], random: np.random.Generator, distances: tuple[float, float]
 ) -> FloatArray:
     """(4, 4) T_board_camera: slanted, turned and shifted at random, so that the middle is somewhere in the picture.
 
@@ -81,8 +96,7 @@ def _view(
     corners = board_corners(board)
     middle, size = corners.mean(axis=0), float(np.ptp(corners[:, :2], axis=0).max())
     focal, sides = np.array(camera["focal_px"]), np.array(camera["size_px"], dtype=float)
-    near, far = focus or tuple(float(focal.mean()) * size / (fill * sides.min()) for fill in reversed(_FILLS))
-    distance = random.uniform(near, far)
+    distance = random.uniform(*distances)
     slant, azimuth, roll = STEEPEST * np.sqrt(random.uniform()), *random.uniform(-np.pi, np.pi, 2)
     R = _core.exp_so3(slant * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])) @ _core.exp_so3([0.0, 0.0, roll])
     # Where the middle comes to lie: so far from the picture's middle as the board leaves room.

@@ -125,6 +125,20 @@ def test_a_camera_in_the_room_and_one_on_a_link(tmp_path: Path) -> None:
     assert len(design_pictures(on_link, 5)) == 5
 
 
+def test_a_camera_that_only_sees_the_board_from_afar_has_pictures_too(tmp_path: Path) -> None:
+    """Boards that take less than a third of the picture are planned where the arm brings them no nearer."""
+    scene.write(tmp_path, 4)
+    cell = scene.cell(on="world", xyz_mm=[1900.0, 0.0, 900.0], rpy_deg=[-90.0, 0.0, 90.0])
+    cell["boards"]["plate"] |= {"on": "arm", "xyz_mm": [-60, -40, 60], "rpy_deg": [0, 180, 0]}
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(cell))
+    found = design_pictures(load_robot(tmp_path / "cell.yaml"), 10)
+    assert len(found) == 10
+    uv = found.corners
+    height = np.nanmax(uv[..., 1], axis=1) - np.nanmin(uv[..., 1], axis=1)
+    width = np.nanmax(uv[..., 0], axis=1) - np.nanmin(uv[..., 0], axis=1)
+    assert (np.maximum(height, width) > 0.08 * min(scene.SIZE)).all()
+
+
 def test_the_command_writes_poses_that_load(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot = placed(tmp_path)
     out = tmp_path / "plan.csv"
