@@ -160,6 +160,8 @@ def _check_pictures(
     tell(found, [found.sentence])
     if found.verdict == "changed":
         raise typer.Exit(CHANGED)
+    if found.verdict == "cannot_tell":
+        raise typer.Exit(CANNOT_TELL)
 
 
 def say_check(found: CheckResult) -> None:

@@ -10,6 +10,13 @@ square m of n pictures is held against
 six being the numbers that a picture says of its posture. Each camera, each board and each joint's zero is then moved to
 where the corners want it, and those that explain them about as well as the best are named, by BIC. Where another focal
 length and centre of a camera explain them better than any move, its lens is named.
+
+The errors of real pictures scatter more than s, since postures repeat worse in some places and the model fits worse
+in others: a change is one only if the best of K explanations by k numbers takes more of the squares than such scatter,
+
+    F = ((S_0 - S) / k) / (S / (6 n - k)) ~ F(k, 6 n - k),   K p(F) < LEVEL,
+
+S_0 and S the squares m summed before and after. Else the check cannot tell. One picture leaves nothing to scatter.
 """
 
 from __future__ import annotations
@@ -73,7 +80,7 @@ class PictureCheck:
     """What pictures say of a calibrated cell.
 
     Attributes:
-        verdict: holds or changed.
+        verdict: holds, changed, or cannot_tell: larger errors, which nothing that was tried explains.
         rms_px: Of the corners' coordinates by row.
         expected_px: The same by the calibration's noise.
         p_value: Of errors as large where nothing moved.
@@ -125,20 +132,58 @@ def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureChec
     rms = {int(i): float(np.sqrt(np.mean(r[row == i] ** 2))) for i in np.unique(row)}
     moved: tuple[Moved, ...] = ()
     lens: LensChange | None = None
+    verdict = "holds"
     if p_value < LEVEL:
         G = levers(model.core, data, measured, theta[len(start) :], threads)[row, np.asarray(near.number)[own]]
-        moved, cost = _explained(model, measured, J[:, len(start) :], G, r, scale, pictures)
-        lens = _another_lens(model, data, r, own, scale, pictures, cost - ALIKE)
-        moved = moved if lens is None else ()
-    verdict = "holds" if p_value >= LEVEL else "changed"
+        tried = _explanations(model, measured, J[:, len(start) :], G, r, scale, pictures)
+        best = tried[0].fit
+        lens, of_lens = _another_lens(model, data, r, own, scale, pictures, best.cost - ALIKE)
+        if lens is not None and of_lens is not None:
+            best = of_lens
+        else:
+            moved = tuple(of.moved for of in tried if of.fit.cost - best.cost < ALIKE)
+        count = len(tried) + len(model.description.cameras)
+        verdict = "changed" if best.exceeds_scatter(scale * float(r @ r), pictures, count) else "cannot_tell"
+        moved, lens = (moved, lens) if verdict == "changed" else ((), None)
     sentence = _sentence(verdict, float(np.sqrt(np.mean(r**2))), noise, pictures, moved, lens)
     return PictureCheck(verdict, sentence, rms, noise, p_value, moved, looked.notes, lens)
 
 
-def _explained(
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """What columns leave of the corners: numbers x, squares S (scaled to 6 n), BIC."""
+
+    x: FloatArray
+    squares: float
+    cost: float
+
+    @staticmethod
+    def of(columns: FloatArray, r: FloatArray, scale: float, pictures: int) -> _Fit:
+        x = np.asarray(np.linalg.lstsq(columns, -r, rcond=1e-10)[0], dtype=np.float64)
+        left = r + columns @ x
+        squares = scale * float(left @ left)
+        return _Fit(x, squares, squares + columns.shape[1] * float(np.log(NUMBERS * pictures)))
+
+    def exceeds_scatter(self, before: float, pictures: int, count: int) -> bool:
+        """Does this, the best of `count` explanations, take more of the squares `before` than scatter does?"""
+        k = len(self.x)
+        freedom = NUMBERS * pictures - k
+        if pictures == 1 or freedom < 1:
+            return True
+        F = (before - self.squares) / k / (self.squares / freedom)
+        return count * float(stats.f.sf(F, k, freedom)) < LEVEL
+
+
+@dataclass(frozen=True, eq=False)
+class _Explanation:
+    moved: Moved
+    fit: _Fit
+
+
+def _explanations(
     model: Robot, measured: _core.Measurements, J: FloatArray, G: FloatArray, r: FloatArray, scale: float, pictures: int
-) -> tuple[tuple[Moved, ...], float]:
-    """Cameras, boards and zeros that explain the corners, the likeliest first, and the BIC of that."""
+) -> list[_Explanation]:
+    """Each camera, board and zero moved to where the corners want it, the likeliest first."""
     places: dict[str, list[int]] = {}
     for k, parameter in enumerate(measured.parameters):
         if parameter.name in PLACEMENT:
@@ -146,27 +191,20 @@ def _explained(
     blocks = {owner: J[:, own] for owner, own in places.items()}
     if not model.of_poses:
         blocks |= {joint_name(joint): G[:, joint : joint + 1] for joint in range(G.shape[1])}
-    found: list[tuple[float, Moved]] = []
+    found = []
     for owner, columns in blocks.items():
-        cost, x = _bic(columns, r, scale, pictures)
-        found.append((cost, _moved(model, owner, x)))
-    found.sort(key=lambda of: of[0])
-    return tuple(of for cost, of in found if cost - found[0][0] < ALIKE), found[0][0]
-
-
-def _bic(columns: FloatArray, r: FloatArray, scale: float, pictures: int) -> tuple[float, FloatArray]:
-    """Of columns that explain what is left, and their numbers."""
-    x = np.asarray(np.linalg.lstsq(columns, -r, rcond=1e-10)[0], dtype=np.float64)
-    left = r + columns @ x
-    return scale * float(left @ left) + columns.shape[1] * float(np.log(NUMBERS * pictures)), x
+        fit = _Fit.of(columns, r, scale, pictures)
+        found.append(_Explanation(_moved(model, owner, fit.x), fit))
+    return sorted(found, key=lambda of: of.fit.cost)
 
 
 def _another_lens(
     model: Robot, data: Dataset, r: FloatArray, own: BoolArray, scale: float, pictures: int, least: float
-) -> LensChange | None:
+) -> tuple[LensChange | None, _Fit | None]:
     """What has changed of a camera's focal lengths and centre, where its BIC is less than `least`; else None."""
     cameras, step = model.description.cameras, 1e-3  # [px]
     found: LensChange | None = None
+    best: _Fit | None = None
     for name, camera in cameras.items():
         columns = []
         for k in range(4):
@@ -179,12 +217,12 @@ def _another_lens(
                 model.error_model, model.samples(data), measured, theta, [1.0] * len(measured.observations)
             )
             columns.append((np.asarray(near.r)[own] - r) / step)
-        cost, x = _bic(np.column_stack(columns), r, scale, pictures)
-        if cost < least:
-            least = cost
-            share = 100 * float(np.mean(x[:2] / np.array(camera["focal_px"])))
-            found = LensChange(name, share, float(np.linalg.norm(x[2:])))
-    return found
+        fit = _Fit.of(np.column_stack(columns), r, scale, pictures)
+        if fit.cost < least:
+            least, best = fit.cost, fit
+            share = 100 * float(np.mean(fit.x[:2] / np.array(camera["focal_px"])))
+            found = LensChange(name, share, float(np.linalg.norm(fit.x[2:])))
+    return found, best
 
 
 def _moved(model: Robot, owner: str, x: FloatArray) -> Moved:
@@ -203,6 +241,12 @@ def _sentence(
     seen = f"{pictures} picture{'s' * (pictures > 1)}, {rms:.2f} px where {noise:.2f} px are expected"
     if verdict == "holds":
         return f"The cell holds: {seen}."
+    if verdict == "cannot_tell":
+        return (
+            f"No verdict ({seen}): the errors are larger, but no move of a camera, a board or a joint and no other "
+            "lens explains them. Take pictures in postures like those of the calibration, or calibrate with these as "
+            "well."
+        )
     if lens is not None:
         act = "Were focus, zoom or the size of the pictures changed? Calibrate again, with `intrinsics: identify`"
         return f"Something changed ({seen}): {lens.text}. {act}."

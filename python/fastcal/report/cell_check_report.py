@@ -238,6 +238,9 @@ def picture_check_page(found: PictureCheck, part: Evaluation, model: Robot, lang
     with in_language(language):
         rms = float(np.sqrt(np.mean(np.square(list(found.rms_px.values())))))
         verdict = Verdict(TONES[found.verdict], capitalised(state_word(found.verdict)), _picture_headline(found), [])
+        if found.verdict == "cannot_tell":
+            act = _("Next: take pictures in postures like those of the calibration, or calibrate with these as well.")
+            verdict.remarks.append(Remark(act, True, "pictures"))
         if len(found.moved) == 1:
             act = _(
                 "Next: check {what}, then adopt the change with `fastcal update`, or calibrate again.",
@@ -277,6 +280,8 @@ def _picture_headline(found: PictureCheck) -> str:
             camera=found.lens.camera,
             size=significant(found.lens.focal_percent),
         )
+    if found.verdict == "cannot_tell":
+        return _("The pictures fit worse than those of the calibration, and nothing that may have moved explains why.")
     what = f" {_('or')} ".join(_owner(of.owner) for of in found.moved)
     if len(found.moved) == 1:
         return _("{what} moved.", what=capitalised(what))

@@ -129,7 +129,7 @@ def test_of_two_pictures_in_a_row_the_one_that_fits_is_used(tmp_path: Path) -> N
     kept = [line for line in lines if not line.startswith("4,")]
     (tmp_path / "corners.csv").write_text("\n".join([kept[0], *moved, *kept[1:]]) + "\n")
     looked = judged_pictures(robot, loaded(tmp_path)[1])
-    assert "the pictures of row 5 slipped to the next row" in looked.notes[0]
+    assert "the picture of row 5 fits the posture of row 4" in looked.notes[0]
     expected = whole.observed["corner"].copy()
     expected[4] = np.nan
     assert np.array_equal(looked.data.observed["corner"], expected, equal_nan=True)

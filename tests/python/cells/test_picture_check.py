@@ -78,6 +78,17 @@ def test_the_check_is_a_page_where_that_is_asked(
     assert 'id="figure-workspace"' in text
 
 
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_postures_that_repeat_worse_are_no_move(model: Path, tmp_path: Path, seed: int) -> None:
+    """Each picture has an error of its own, of joints that repeat to 0.05 degrees: nothing moved."""
+    rig_faults.write(tmp_path, 10, seed, joint_noise_deg=0.05)
+    code, found = checked(model, tmp_path)
+    assert (code, found["verdict"], found["moved"], found["lens"]) == (3, "cannot_tell", [], None)
+    page = tmp_path / "check.html"
+    assert main(["check", *files(tmp_path, model), "-o", str(page)]) == 3
+    assert "nothing that may have moved explains why" in page.read_text(encoding="utf-8")
+
+
 def test_another_focal_length_is_the_lens_and_no_move(model: Path, tmp_path: Path) -> None:
     rig_faults.write(tmp_path, 4, 8)
     content = yaml.safe_load(model.read_text())
