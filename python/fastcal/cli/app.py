@@ -197,7 +197,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FastcalError as error:
         return _failed(sentence_of(error), BAD_INPUT)
     except _UsageError as error:
-        said = str(error.format_message()).replace("Value error, ", "")  # type: ignore[attr-defined]
+        said = " ".join(str(error.format_message()).replace("Value error, ", "").split())  # type: ignore[attr-defined]
         command = getattr(getattr(error, "ctx", None), "command_path", "fastcal")
         return _failed(said, BAD_INPUT, command)
     except (KeyboardInterrupt, typer.Abort):

@@ -200,6 +200,7 @@ def test_three_poses_leave_nothing_to_estimate_the_noise_from(demo, good, tmp_pa
         (["calibrat"], "No such command 'calibrat'"),
         (["calibrate", "ROBOT"], "Missing argument 'DATA...'"),
         (["calibrate", "ROBOT", "DATA"], "Missing option '-o' / '--output'"),
+        (["convert", "ROBOT", "-o", "x.yaml"], "Missing option '--to'. Choose from: urdf, dh, mdh, poe"),
         (["calibrate", "ROBOT", "DATA", "-o", "out", "--loss", "square"], "'square' is not one of 'tukey', 'huber'"),
         (["calibrate", "ROBOT", "DATA", "-o", "out", "--method", "simplex"], "'simplex' is not one of 'nls', 'bfgs'"),
         (["calibrate", "ROBOT", "DATA", "-o", "out", "--threads", "0"], "Invalid value for '--threads'"),
