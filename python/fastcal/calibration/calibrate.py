@@ -63,7 +63,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.long_dataset import LongDataset
 from fastcal.measurements.measuring_order import in_order, of_unknown_order
-from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.calibration_record import LACKS_EFFECT, CalibrationRecord
 from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.given import DataLike, RobotLike, RowsLike, as_data, as_robot, as_rows
 from fastcal.robot.identified_spec import identified_spec
@@ -206,7 +206,8 @@ def calibrate(
             covered(start, data) if long is None else covered_by_all(start, long),
             *kept_unknowns(found, problem.measured, len(names), covariance),
         )
-        found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)}
+        lacks = {LACKS_EFFECT: True} if any(caveat != seen.bent for caveat in seen.caveats) else {}
+        found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)} | lacks
     result_model = Robot.keeping(found_spec | {"made_by": origin})
     unknowns = unknowns_by_owner(problem.measured, places) | given_rig(result_model, data)
     judge: dict[str, Any] = {

@@ -22,6 +22,7 @@ from fastcal.monitoring.setting import Setting, given, prepared
 from fastcal.monitoring.setups import kind_errors
 from fastcal.monitoring.single_changes import single_changes
 from fastcal.monitoring.what_next import what_next
+from fastcal.robot.calibration_record import LACKS_EFFECT
 from fastcal.robot.given import DataLike, RobotLike
 from fastcal.robot.made_by import made_by
 
@@ -68,7 +69,8 @@ def check(
     fits = [KindFit(of, rows.expected_rms[of.kind], _noise(setting, measured, of.kind)) for of in kinds.values()]
     causes, rivals = ([], []) if p_value >= LEVEL else explained(setting)
     enough = evidence.degrees >= FEWEST_DEGREES
-    verdict = _verdict(p_value, causes, enough)
+    lacks = bool(robot.description.calibration.get(LACKS_EFFECT))
+    verdict = _verdict(p_value, causes, enough, lacks)
     within = None
     if tolerance is not None:
         within = within_tolerance(largest, tolerance, sigma)
@@ -103,12 +105,13 @@ def _noise(setting: Setting, data: Dataset, kind: Kind) -> KindNoise:
     return KindNoise(kind, setting.rows.noise(kind), noise_source(data, kind))
 
 
-def _verdict(p_value: float, causes: list[Cause], enough: bool) -> str:
+def _verdict(p_value: float, causes: list[Cause], enough: bool, lacks: bool) -> str:
+    """An effect that a model `lacks` may be new, or have been missing all along."""
     if not enough:
         return "cannot_tell"
     if p_value >= LEVEL:
         return "holds"
-    if all(cause.kind == "row" for cause in causes):
+    if all(cause.kind == "row" or (lacks and cause.kind == "new effect") for cause in causes):
         return "cannot_tell"
     return "changed"
 

@@ -26,7 +26,7 @@ from fastcal.monitoring.linear import record_of
 from fastcal.monitoring.refit import Refit, refit
 from fastcal.monitoring.result import CheckResult
 from fastcal.monitoring.setting import given, prepared
-from fastcal.robot.calibration_record import CalibrationRecord, lower_root
+from fastcal.robot.calibration_record import LACKS_EFFECT, CalibrationRecord, lower_root
 from fastcal.robot.given import DataLike, RobotLike
 from fastcal.robot.made_by import made_by
 from fastcal.robot.robot import Robot
@@ -127,7 +127,7 @@ def update(
     changed = [h for h in setting.possible if h.label in named and h.directions is not None]
     fitted = refit(setting, changed, kept, threads)
     record = _record(robot, fitted, kept)
-    nominal = {k: v for k, v in robot.description.calibration.items() if k == "nominal"}
+    nominal = {k: v for k, v in robot.description.calibration.items() if k in ("nominal", LACKS_EFFECT)}
     result = Robot(fitted.spec).with_(
         calibration=record.to_spec() | nominal,
         made_by=made_by(robot, measured, who) | {"updated_from": robot.sha256},

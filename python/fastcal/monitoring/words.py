@@ -42,6 +42,12 @@ def sentence(
         text = _("The arm has changed: {what}.", what="; ".join(cause_text(cause, _) for cause in causes))
     elif not enough:
         text = _("Too few poses to decide: the residuals left after fitting the base could hide any change.")
+    elif any(cause.kind != "row" for cause in causes):
+        text = _(
+            "Cannot tell: {what} may be new, or missing since the calibration, whose residuals depended on the "
+            "posture.",
+            what="; ".join(cause_text(cause, _) for cause in causes),
+        )
     elif causes:
         rows = ", ".join(spoken(cause.label, _) for cause in causes)
         text = _("Cannot tell: everything fits except {rows}; measure that pose again.", rows=rows)
@@ -96,6 +102,8 @@ def next_act(
         acts = list(dict.fromkeys(_act(cause, _) for cause in causes))
         return _("Next: {acts}; or bring the model up to date with `fastcal update`.", acts="; ".join(acts))
     if verdict == "cannot_tell":
+        if any(cause.kind != "row" for cause in causes):
+            return _("Next: find what the model lacks: `fastcal diagnose` with the measurements of the calibration.")
         if has_next_poses:
             return _("Next: measure the poses listed below and check again with all rows.")
         return _("Next: measure more poses, or choose a tolerance that can be decided at this noise level.")

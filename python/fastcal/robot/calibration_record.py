@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fastcal.units import UNITS, to_si
 
 _LARGEST = 1e100  # whose square is a number as well
+LACKS_EFFECT = "lacks_effect"  # key beside the record: the residuals of the calibration depended on the posture
 _SMALLEST = 1e-100  # the least that a file holds: less is what rounding leaves of nothing
 _ROOM_C = (20.0, 20.0)
 _LINE = 76  # characters of base64 in a line, as MIME has them

@@ -269,3 +269,23 @@ def test_blas_has_one_thread_in_a_check(calibrated, monkeypatch) -> None:
         fastcal.check(calibrated.model, calibrated.measured(calibrated.spec()))
     assert seen
     assert set(seen) == {1}
+
+
+def test_what_the_model_lacked_all_along_has_not_changed() -> None:
+    """Geometry alone of an arm whose joints yield: its own residuals say that something is missing."""
+    nominal = fastcal.load_robot("ur5e")
+    yielding = [
+        {"effect": "joint_compliance", "owner": f"joint{k}", "parameters": {"compliance_rad_nm": 6e-6}} for k in (2, 3)
+    ]
+    real = fastcal.perturbed(nominal, seed=3).with_(effects=yielding)
+    first, later = (
+        fastcal.simulate(real, fastcal.random_poses(nominal, count, seed=count), noise=2e-5, seed=count + 1)
+        for count in (200, 150)
+    )
+    calibrated = fastcal.calibrate(nominal, first)
+    assert calibrated.lacks_effect
+    found = fastcal.check(calibrated.model, later)
+    assert found.p_value < 0.003
+    assert found.verdict == "cannot_tell"
+    assert "missing since the calibration" in found.sentence
+    assert "fastcal diagnose" in found.next_act
