@@ -21,6 +21,7 @@ constexpr double kPointLeft = 0.005;  // [m] the same of a point, of two motors 
 constexpr double kSingular = 1e-6;    // as of a chain
 constexpr double kAtLimit = 1e-9;     // [rad], [m]
 constexpr double kGained = 1e-6;      // [rad], [m] beyond a limit: less is rounding
+constexpr double kAcross = 1e-3;      // cosine: at right angles
 constexpr double kSamePlace = 1e-4;   // [rad], [m] of passive joints: the same way of assembly
 
 }  // namespace
@@ -59,9 +60,18 @@ IkStatus RowSolver::finish_tree(const IkRow& row, ModelFrames& frames, bool may_
     }
     return false;
   };
+  // Does the surface that the point keeps to stand across what is left of the way?
+  const auto is_foot = [&](const SearchPoint& found) {
+    for (Eigen::Index i = 0; i < found.J.cols(); ++i) {
+      const Eigen::Vector3d along = found.J.col(i).head<3>();
+      if (std::abs(along.dot(found.error.head<3>())) > kAcross * along.norm() * found.position_error) return false;
+    }
+    return true;
+  };
   // Of fewer than six motors: is what is left the loops' doing, not a limit's?
   const auto is_nearest = [&](const JointLimits& limits, const SearchPoint& found) {
     if (found.position_error > off || found.rotation_error > tilt) return false;
+    if (found.position_error > options_.tolerance_position && !is_foot(found)) return false;
     if (found.position_error <= options_.tolerance_position && found.rotation_error <= options_.tolerance_rotation)
       return true;
     if (!stands_at(limits, found.q)) return true;

@@ -176,6 +176,8 @@ def job_bar(studio: Studio, screen: str, done: Callable[[Any], object]) -> None:
 
 
 _STYLE = """
+/* Quasar's bar over the page has no name; long work shows its own progress. */
+.q-loading-bar { display: none; }
 .studio-header { padding: .4rem 1rem; align-items: center; gap: 1rem; }
 .studio-screen { display: flex; width: 100%; gap: .6rem; align-items: center; padding: .5rem; border-radius: .4rem;
   color: inherit; text-decoration: none; }
@@ -202,7 +204,6 @@ a.nicegui-link { color: #1f5f8b; opacity: 1 !important; } /* NiceGUI fades the o
 _FOR_ALL = """
 document.documentElement.lang = "LANGUAGE";
 const reachable = () => {
-  for (const bar of document.querySelectorAll(".q-loading-bar:not([aria-hidden])")) bar.ariaHidden = "true";
   for (const field of document.querySelectorAll(".q-uploader input[type=file]")) {
     if (field.tabIndex === 0) continue;
     field.tabIndex = 0;

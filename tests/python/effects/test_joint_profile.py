@@ -82,7 +82,7 @@ def test_outside_its_range_it_is_the_robot_without(arm: Robot, wavy: Dataset) ->
     count = int((beyond.q[:, 2] > entry["high_rad"]).sum())
     (note,) = range_notes(model, beyond)
     assert note.startswith("joint 3 is outside the ")
-    assert f"in {count} rows; there the profile fades to zero within 5 deg" in note
+    assert f"in {count} of 300 rows; there the profile fades to zero within 5 deg" in note
     assert predict(model, beyond).notes == (note,)
     far = np.array([entry["low_rad"] - 0.09, entry["high_rad"] + 0.09, entry["high_rad"] + 1.0])
     assert joint_error(model, 2, far) == pytest.approx(0.0, abs=1e-14)
