@@ -199,8 +199,7 @@ a.nicegui-link { color: #1f5f8b; opacity: 1 !important; } /* NiceGUI fades the o
 """
 
 # What NiceGUI leaves out for those who use a keyboard or a screen reader: the language of the page, and a place to drop
-# files whose button hides the field: the field takes the keyboard and says what it is for. The line that runs while
-# files are loaded says nothing.
+# files whose button hides the field: the field takes the keyboard and says what it is for.
 _FOR_ALL = """
 document.documentElement.lang = "LANGUAGE";
 const reachable = () => {
