@@ -44,6 +44,8 @@ class RowSolver {
   IkStatus finish(const IkRow& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const;
 
  private:
+  class TreeSearch;
+
   Goal goal_of(const IkRow& row) const;
   /// finish() of an arm that branches or has loops: no chain goes ahead, other postures are tried by luck.
   IkStatus finish_tree(const IkRow& row, ModelFrames& frames, bool may_jump, SearchPoint& best) const;
