@@ -161,14 +161,13 @@ def _of_geometry(arm: Robot, model: _core.ErrorModel, turned: bool) -> Iterator[
             yield _plain("link", f"{owner} geometry", indices, parameters, start)
             continue
         joint = place_of(owner).index
-        if joint in arm.passive:  # without a motor no zero
-            continue
-        zero, direction = turned_alone[owner]
-        # A motor's zero moves the joints that its gear is coupled to as well.
-        for entry in arm.description.coupling:
-            if entry.source == joint + 1:
-                direction = direction + entry.ratio * turned_alone[joint_name(entry.joint - 1)][1]
-        yield Hypothesis("zero", f"{owner} zero", (zero,), _zero_size(arm, joint), directions=direction[:, None])
+        if joint not in arm.passive:  # without a motor no zero
+            zero, direction = turned_alone[owner]
+            # A motor's zero moves the joints that its gear is coupled to as well.
+            for entry in arm.description.coupling:
+                if entry.source == joint + 1:
+                    direction = direction + entry.ratio * turned_alone[joint_name(entry.joint - 1)][1]
+            yield Hypothesis("zero", f"{owner} zero", (zero,), _zero_size(arm, joint), directions=direction[:, None])
         others = [i for i in indices if parameters[i].name not in _zero_names(arm, joint)]
         if others and joint < arm.joint_count - 1:  # the last link carries the tool and is as good as part of it
             yield _plain("link", f"{owner} geometry", others, parameters, start)

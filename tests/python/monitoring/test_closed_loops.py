@@ -61,3 +61,9 @@ def test_a_passive_joint_and_a_rod_have_no_zero() -> None:
     motors = {f"joint{i + 1} zero" for i in range(robot.joint_count) if i not in robot.passive}
     assert zeros == motors
     assert "leg4 geometry" in labels
+
+
+def test_a_link_behind_a_passive_joint_may_have_been_bent() -> None:
+    robot = load_robot("palletizer")
+    links = {h.label for h in hypotheses(robot, robot, [], False) if h.kind == "link"}
+    assert {f"joint{i + 1} geometry" for i in robot.passive} <= links
