@@ -20,6 +20,15 @@ REQUIRED: Any = object()  # the default of a key that must be given
 _FRAME = (("xyz", "mm"), ("rpy", "deg"))
 
 
+def without_traces(value: Any) -> Any:
+    """The same with 0 for numbers below the least that a file holds: what rounding leaves of nothing."""
+    if isinstance(value, dict):
+        return {key: without_traces(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [without_traces(each) for each in value]
+    return 0.0 if isinstance(value, float) and 0 < abs(value) < SMALLEST else value
+
+
 class Fields:
     """One mapping of a file whose keys are taken one by one; `done` refuses what was not taken.
 

@@ -16,7 +16,7 @@ from fastcal.correction.correction import Correction
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_bytes, write_text
 from fastcal.io.correction_file import read_correction, write_correction
-from fastcal.io.fields import SMALLEST, Fields
+from fastcal.io.fields import Fields, without_traces
 from fastcal.io.loop_lists import closing_frame, is_loop_list
 from fastcal.io.mechanism_file import ENDINGS as MECHANISMS
 from fastcal.io.mechanism_file import read_mechanism, with_lists, with_loops
@@ -220,8 +220,8 @@ def write_spec(
     """
     if Path(path).suffix.lower() != ".urdf":
         if (correction := spec.get("correction")) is not None:
-            return _write_with_correction(_without_traces(spec), Path(path).resolve(), correction, comment)
-        write_text(path, _commented(comment) + yaml_text(_without_traces(spec)))
+            return _write_with_correction(without_traces(spec), Path(path).resolve(), correction, comment)
+        write_text(path, _commented(comment) + yaml_text(without_traces(spec)))
         return ()
     if has_branches(spec):
         raise InvalidInput(f"{path}: a URDF has no place for branches and closed loops; write a .yaml file")
@@ -233,15 +233,6 @@ def write_spec(
         )
     write_bytes(path, xml_bytes(in_place(spec) if is_from_urdf(spec) else urdf_text(spec)))
     return lost
-
-
-def _without_traces(value: Any) -> Any:
-    """The same with 0 for numbers below the least that a file holds: what rounding leaves of nothing."""
-    if isinstance(value, dict):
-        return {key: _without_traces(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_without_traces(each) for each in value]
-    return 0.0 if isinstance(value, float) and 0 < abs(value) < SMALLEST else value
 
 
 def _write_with_correction(spec: Spec, path: Path, correction: Correction, comment: str) -> tuple[str, ...]:

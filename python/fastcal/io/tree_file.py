@@ -21,7 +21,7 @@ from fastcal.cells.pose_arm import POSE, pose_arm
 from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.atomic import write_text
 from fastcal.io.calibration_schema import check_calibration
-from fastcal.io.fields import Fields
+from fastcal.io.fields import Fields, without_traces
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.regular_file import is_file
 from fastcal.io.rig_file import OF_CELLS
@@ -252,7 +252,7 @@ def cell_text(cell: Cell, comment: str = "") -> str:
         content["calibration"] = dict(cell.record)
     if cell.records:
         content["calibrations"] = {name: dict(record) for name, record in cell.records.items()}
-    return "".join(f"# {line}\n" for line in comment.splitlines()) + yaml_text(content)
+    return "".join(f"# {line}\n" for line in comment.splitlines()) + yaml_text(without_traces(content))
 
 
 def write_cell(cell: Cell, path: str | os.PathLike[str], comment: str = "") -> None:

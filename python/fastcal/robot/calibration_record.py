@@ -15,7 +15,6 @@ from fastcal.units import UNITS, to_si
 
 _LARGEST = 1e100  # whose square is a number as well
 LACKS_EFFECT = "lacks_effect"  # key beside the record: the residuals of the calibration depended on the posture
-_SMALLEST = 1e-100  # the least that a file holds: less is what rounding leaves of nothing
 _ROOM_C = (20.0, 20.0)
 _LINE = 76  # characters of base64 in a line, as MIME has them
 _MOST_LISTED = 150  # parameters: with more, a root of millions of digits takes longer to read than to use
@@ -33,10 +32,6 @@ def lower_root(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     root = scale[:, np.newaxis] * vectors * np.sqrt(np.maximum(values, 0.0))
     R = np.asarray(np.linalg.qr(root.T, mode="r"))
     return np.asarray(R.T * np.where(np.diag(R) < 0, -1.0, 1.0))
-
-
-def _without_traces(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.where(np.abs(values) < _SMALLEST, 0.0, values)
 
 
 def packed(root: NDArray[np.float64]) -> str:
@@ -143,8 +138,7 @@ class CalibrationRecord:
     def to_spec(self) -> dict[str, Any]:
         """Plain numbers for the robot file."""
         is_short = len(self.root) <= _MOST_LISTED
-        root = _without_traces(self.root)
-        rows = [row[: i + 1] for i, row in enumerate(root.tolist())] if is_short else packed(root)
+        rows = [row[: i + 1] for i, row in enumerate(self.root.tolist())] if is_short else packed(self.root)
         spec: dict[str, Any] = {
             "parameters": list(self.parameters),
             "covariance_root": rows,
@@ -155,13 +149,13 @@ class CalibrationRecord:
             spec["sigma_deg"] = float(self.sigma_deg)
         spec["noise"] = {kind: {"value": float(value), "unit": unit} for kind, (value, unit) in self.noise.items()}
         if self.directions.size:
-            columns = _without_traces(self.directions).T.tolist()
+            columns = self.directions.T.tolist()
             spec["held"] = {"parameters": list(self.moved), "directions": columns}
         if self.covered:
             spec["covered"] = {name: [float(low), float(high)] for name, (low, high) in self.covered.items()}
         if self.unknowns:
             first = len(self.parameters) + 1
-            rows = [row[: first + k] for k, row in enumerate(_without_traces(self.unknown_root).tolist())]
+            rows = [row[: first + k] for k, row in enumerate(self.unknown_root.tolist())]
             spec["unknowns"] = {"parameters": list(self.unknowns), "covariance_root": rows}
         return spec
 

@@ -64,6 +64,21 @@ def off(model: Cell, exact: Readings) -> NDArray[np.float64]:
     return out
 
 
+def test_what_rounding_leaves_of_nothing_is_not_written(tmp_path: Path) -> None:
+    """The reader takes no number below 1e-100 but 0."""
+    _, known = calibrated(tmp_path, 0)
+    record = dict(known.record) | {"sigma_mm": 0.05}
+    row = list(record["covariance_root"][3])
+    record["covariance_root"] = [
+        *record["covariance_root"][:3],
+        [*row[:-2], 3e-140, row[-1]],
+        *record["covariance_root"][4:],
+    ]
+    write_cell(replace(known, record=record), tmp_path / "traces.yaml")
+    again = load_cell(tmp_path / "traces.yaml").record
+    assert again["covariance_root"][3][-2] == 0
+
+
 @pytest.mark.parametrize(("slip", "moved"), [(None, []), (4, ["left.joint4 zero"])])
 def test_the_truth_is_inside_over_seeds(tmp_path: Path, slip: int | None, moved: list[str]) -> None:
     """With the instrument set up elsewhere, and a joint's zero that slipped."""
