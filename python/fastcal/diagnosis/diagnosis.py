@@ -24,9 +24,7 @@ from fastcal.diagnosis.found import Found, verdict_of
 from fastcal.diagnosis.library import Library, build_library, parse_exclusions
 from fastcal.diagnosis.loop_causes import found_loop_cause
 from fastcal.diagnosis.many_rows import all_moved, searched_rows
-from fastcal.diagnosis.noise import (
-    with_estimated_noise,
-)
+from fastcal.diagnosis.noise import with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
 from fastcal.diagnosis.plain_models import beside_plain, best_of_all
@@ -34,6 +32,8 @@ from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.result import Diagnosis, Finding
 from fastcal.diagnosis.rig_causes import found_rig_causes
 from fastcal.diagnosis.rounds import claimed, searched
+from fastcal.diagnosis.scans import beside_lost_rows
+from fastcal.diagnosis.scattered_rows import are_noise, scattered_rows
 from fastcal.diagnosis.search import SearchNode
 from fastcal.diagnosis.sure_names import Told, sure_names
 from fastcal.diagnosis.surrogate_bases import best_with_surrogate
@@ -106,14 +106,7 @@ def diagnose(
     notify(said("locating cameras and boards"))
     robot, of_the_rig = found_rig_causes(robot, data, library.names, exclude, threads)
     with workers(threads):
-        found = _found(robot, data, test, library, sigma, threads, notify)
-        for _ in range(rules.MAX_REFITS):
-            gross = found.gross
-            if not gross:
-                break
-            lost = sorted({*found.lost, *gross})
-            notify(said("trying without {count} rows that nothing explains", count=len(lost)))
-            found = _found(robot, data, test, library, sigma, threads, notify, lost)
+        found = _without_wrong_rows(robot, data, test, library, sigma, threads, notify)
         reading = None
         if found.rows is None:
             asked = found
@@ -156,6 +149,32 @@ def _beside(findings: Sequence[Finding], found: Diagnosis) -> Diagnosis:
     return replace(named, sentence=joined(" ", [own, found.sentence]))
 
 
+def _without_wrong_rows(
+    robot: Robot,
+    data: Dataset,
+    test: Dataset | None,
+    library: Library,
+    sigma: float | None,
+    threads: int,
+    notify: Callable[[str], None],
+) -> Found:
+    """`_found`, again without rows that are grossly wrong beside it, or that a robust fit leaves out and rightly."""
+    found = _found(robot, data, test, library, sigma, threads, notify)
+    for _ in range(rules.MAX_REFITS):
+        gross = found.gross
+        if not gross:
+            break
+        lost = sorted({*found.lost, *gross})
+        notify(said("trying without {count} rows that nothing explains", count=len(lost)))
+        found = _found(robot, data, test, library, sigma, threads, notify, lost)
+    lost = sorted({*found.lost, *scattered_rows(robot, data)})
+    if len(lost) == len(found.lost):
+        return found
+    notify(said("trying without {count} rows that nothing explains", count=len(lost)))
+    without = _found(robot, data, test, library, sigma, threads, notify, lost)
+    return without if are_noise(found, without) else found
+
+
 def _found(
     robot: Robot,
     data: Dataset,
@@ -194,7 +213,7 @@ def _found(
     best = with_orders_between(search, best)
     curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
-    best = grading.borne_out(search, best)
+    best = beside_lost_rows(search, grading.borne_out(search, best))
     notify(said("testing alternative causes"))
     model = rivals.bare(best)
     remains = unexplained.remains(best)

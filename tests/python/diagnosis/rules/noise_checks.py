@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fastcal.calibration.pose_folds import along_a_path
-from fastcal.diagnosis import diagnose, memory, noise, robust_rows
+from fastcal.diagnosis import diagnose, memory, noise, robust_rows, scattered_rows
 from fastcal.diagnosis.blocks import columns_at
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.noise import RichFit
@@ -75,6 +75,32 @@ def one_row_of_twenty_may_be_an_outlier() -> None:
     row = np.repeat(np.arange(POINTS), 3)
     size = np.arange(POINTS, dtype=float)
     assert list(robust_rows._largest(np.arange(60, POINTS), size, row)) == [114, 115, 116, 117, 118, 119]
+
+
+def scattered(seed: int, gross: int = 6) -> Dataset:
+    """Forty rows of an arm whose second gear is wrong, some of them off by 1.5 mm."""
+    ratio = {"effect": "reduction_ratio", "owner": "joint2", "parameters": {"error": 6e-4}}
+    data = small_arm.measured([ratio], rows=40, seed=seed)
+    assert data.position is not None
+    random = np.random.default_rng(seed)
+    off, turn = random.choice(40, gross, replace=False), random.standard_normal((gross, 3))
+    position = data.position.copy()
+    position[off] += 1.5e-3 * turn
+    return replace(data, position=position)
+
+
+@falls_with(MAX_SCATTERED_SHARE=0.0)
+@falls_with(SCATTERED_NOISE=0.0)
+def gross_rows_of_a_small_set_hide_no_effect() -> None:
+    assert [f.effect for f in diagnose(small_arm.arm(), scattered(3)).effects] == ["reduction_ratio"]
+
+
+@falls_with(SCATTERED_NOISE=2.0)
+def rows_that_an_effect_puts_off_are_kept() -> None:
+    """A robust fit of the geometry alone leaves them out."""
+    data = scattered(4, gross=0)
+    assert scattered_rows.scattered_rows(small_arm.arm(), data)
+    assert diagnose(small_arm.arm(), data).outliers == []
 
 
 @falls_with(OUTLIER_RUN=1)

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Few rows of which more are grossly wrong than outliers may be: noise with heavy tails.
+
+The search leaves out MAX_OUTLIER_SHARE of the rows at most, since a missing effect puts many rows off as well. Of forty
+rows with five gross ones it keeps three, and these hide all else. A robust fit of the geometry alone suspects them, and
+a second search without them tells noise from an effect: of rows that an effect puts off, what is found explains the
+others as before; without rows that were wrong it leaves far less of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fastcal.calibration.problem import prepare
+from fastcal.diagnosis import rules
+from fastcal.diagnosis.found import Found
+from fastcal.diagnosis.noise import isolated_rows
+from fastcal.measurements.dataset import Dataset
+from fastcal.robot.robot import Robot
+
+# Share of few rows that may be wrong where they scatter: more are no exceptions.
+MAX_SCATTERED_SHARE = 0.2
+# What is left without them, of what was left with them, at most: the largest fifth of normal noise takes a fifth of it.
+SCATTERED_NOISE = 0.5
+
+
+def scattered_rows(robot: Robot, data: Dataset) -> list[int]:
+    """Rows that a robust fit of the geometry leaves out, scattered over postures and times.
+
+    None of many rows, and none where the search leaves out as many by itself.
+    """
+    count = int(data.measured.sum())
+    if count > rules.CHOSEN_AGAIN_ROWS:
+        return []
+    found = prepare(robot, data, effects="geometry").identify()
+    if found.status != "converged":
+        return []
+    wrong = isolated_rows(np.asarray(found.outliers, dtype=np.intp), data)
+    least, most = rules.MAX_OUTLIER_SHARE * count, MAX_SCATTERED_SHARE * count
+    return [int(i) for i in wrong] if least < len(wrong) <= most else []
+
+
+def are_noise(found: Found, without: Found) -> bool:
+    """Was what is missing hidden by the rows that a second search, `without` them, left out?"""
+    return without.level.sigma < SCATTERED_NOISE * found.level.sigma
