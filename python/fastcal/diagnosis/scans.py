@@ -40,10 +40,12 @@ from fastcal.diagnosis.variants import (
     scanned,
     with_number,
 )
-from fastcal.effects.entries import effect_names, effect_owners, traits_of
+from fastcal.effects.entries import effect_names, effect_owners, position_option, traits_of
 from fastcal.place import joint_name, source_of
+from fastcal.units import to_si
 
 if TYPE_CHECKING:
+    from fastcal.diagnosis.problem import Problem
     from fastcal.diagnosis.search import Search, SearchNode
 
 
@@ -251,6 +253,55 @@ def _best_step(fit: Fit, always: Hypothesis, course: FloatArray, fewest: int = 1
     # Half of a jump stays on either side: a step with a shift of all rows.
     others = np.hstack([A[measured], step]) if jumps_with_posture(always.effect) else A[measured]
     return find_step(others, step, -r[measured], row[measured], course, fewest)
+
+
+def beside_lost_rows(search: Search, best: SearchNode) -> SearchNode:
+    """A set whose jumps and steps also leave the least of rows that no fit held.
+
+    Each lies midway between two rows that are fitted. Rows next to it, whose jump nothing explained before it was
+    found, may have been left out as gross: on which side of it they lie is decided by what it leaves of them.
+    """
+    for name in best.names:
+        near = [at for at in _between_lost_rows(name, best.fit.problem) if at.label != name.label]
+        if near:
+            others = [other for other in best.names if other is not name]
+            states = [best, *(search.state((*others, at), best) for at in near)]
+            best = min(states, key=lambda state: _left_of_lost_rows(state.fit))
+    return best
+
+
+def _between_lost_rows(name: Hypothesis, problem: Problem) -> list[Hypothesis]:
+    """The name between each two neighbours of the rows that were left out where it is, and the fitted ones there."""
+    data, robot = problem.data, problem.start.robot
+    if effect_has_moment(name.effect):
+        course, at = order_of_rows(data), float(name.entry.get("at_s", name.entry.get("at_row", np.nan)))
+    elif jumps_with_posture(name.effect):
+        joint = source_of(name.owner).index
+        option, unit = position_option(robot.joint_types[joint])
+        course, at = data.q[:, joint], to_si(float(name.entry[option]), unit)
+    else:
+        return []
+    held = course[problem.used]
+    low, high = held[held < at].max(initial=-np.inf), held[held >= at].min(initial=np.inf)
+    lost = course[data.measured & ~problem.used & (course > low) & (course < high)]
+    if len(lost) == 0 or not np.isfinite([low, high]).all():
+        return []
+    ends = np.unique([low, *lost, high])
+    there = [
+        from_moment(name.bare, middle, problem.kept)
+        if effect_has_moment(name.effect)
+        else from_position(name.bare, middle, robot)
+        for middle in (ends[1:] + ends[:-1]) / 2
+    ]
+    return [replace(one, has_its_moment=name.has_its_moment) for one in there]
+
+
+def _left_of_lost_rows(at: Fit) -> float:
+    """Sum of squares of the rows that a fit does not hold, each GROSS_SIZE typical numbers at most."""
+    whole = at.on_every_row
+    _, r, row = whole.whitened
+    lost = (row >= 0) & ~np.isin(whole.problem.rows[row], at.problem.rows)
+    return float(np.sum(np.minimum(r[lost] ** 2, rules.GROSS_SIZE**2)))
 
 
 def at_best_load(name: Hypothesis, law: str, load: str, state: SearchNode) -> Hypothesis:

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Where something jumps is decided by rows that were left out as gross too, before it had a name."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.problem import Problem
+from fastcal.diagnosis.scans import beside_lost_rows
+from fastcal.diagnosis.search import Search
+from fastcal.diagnosis.variants import from_moment, from_position
+
+from .rules import small_arm
+
+BELOW, ABOVE = 20, 23  # places along the course of the rows that are fitted; two more lie between them
+
+
+def set_with(entry: dict[str, Any], course: np.ndarray[Any, Any]) -> tuple[Problem, np.ndarray[Any, Any]]:
+    """A problem that was found without the two rows beside a step, and the course there."""
+    data = small_arm.measured([entry], time=10.0 * np.arange(small_arm.ROWS))
+    problem = small_arm.problem(data)
+    order = np.argsort(course(data))
+    used = problem.used.copy()
+    used[order[BELOW + 1 : ABOVE]] = False
+    return problem.with_rows(used), np.sort(course(data))[BELOW : ABOVE + 1]
+
+
+def placed(problem: Problem, at: Hypothesis) -> Hypothesis:
+    search = Search(problem)
+    (name,) = beside_lost_rows(search, search.state((at,), search.start)).names
+    return name
+
+
+@pytest.mark.parametrize("cut", [0, 1, 2])
+def test_an_encoder_jumps_beside_the_row_that_says_so(cut: int) -> None:
+    bare = {"effect": "encoder_jump", "owner": "joint2", "parameters": {}}
+
+    def course(data: Any) -> Any:
+        return data.q[:, 1]
+
+    own = np.sort(course(small_arm.measured([])))[BELOW : ABOVE + 1]
+    true = float(np.degrees(own[cut : cut + 2].mean()))
+    problem, own = set_with(bare | {"at_deg": true, "parameters": {"jump_rad": 2e-3}}, course)
+    name = placed(problem, from_position(bare, float(own[[0, -1]].mean()), problem.start.robot))
+    assert np.degrees(own[cut]) < name.entry["at_deg"] < np.degrees(own[cut + 1])
+
+
+@pytest.mark.parametrize("cut", [0, 1, 2])
+def test_a_base_steps_beside_the_row_that_says_so(cut: int) -> None:
+    bare = {"effect": "base_step", "owner": "base", "parameters": {}}
+
+    def course(data: Any) -> Any:
+        return data.time
+
+    true = 10.0 * (BELOW + cut) + 5.0
+    problem, own = set_with(bare | {"at_s": true, "parameters": {"step_x_mm": 1.0}}, course)
+    name = placed(problem, from_moment(bare, float(own[[0, -1]].mean()), problem.kept))
+    assert own[cut] < name.entry["at_s"] < own[cut + 1]
