@@ -274,7 +274,7 @@ def _between_lost_rows(name: Hypothesis, problem: Problem) -> list[Hypothesis]:
     """The name between each two neighbours of the rows that were left out where it is, and the fitted ones there."""
     data, robot = problem.data, problem.start.robot
     if effect_has_moment(name.effect):
-        course, at = order_of_rows(data), float(name.entry.get("at_s", name.entry.get("at_row", np.nan)))
+        course, at = order_of_rows(data), float(name.entry["at_s" if "at_s" in name.entry else "at_row"])
     elif jumps_with_posture(name.effect):
         joint = source_of(name.owner).index
         option, unit = position_option(robot.joint_types[joint])
