@@ -10,7 +10,7 @@ neighbours and then is a name like any other: a search begins again with it.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING
@@ -41,6 +41,7 @@ from fastcal.diagnosis.variants import (
     with_number,
 )
 from fastcal.effects.entries import effect_names, effect_owners, position_option, traits_of
+from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_name, source_of
 from fastcal.units import to_si
 
@@ -144,9 +145,17 @@ def _next_step(name: Hypothesis, state: SearchNode) -> Hypothesis | None:
     if not len(grid) or np.min(p) * len(grid) >= rules.ALPHA_SCAN:
         return None
     step = at_best_moment(grid[int(np.argmax(worth))], state)
-    if is_a_condition(step, state.fit, len(grid)):
+    others = [other for other in state.names if other.key == step.key]
+    if is_a_condition(step, state.fit, len(grid)) or not _leaves_rows_between([step, *others], problem.kept):
         return None
     return replace(step, has_its_moment=True)
+
+
+def _leaves_rows_between(steps: Sequence[Hypothesis], data: Dataset) -> bool:
+    """Are there enough rows between any two steps? There and back around a row or two is a gross error of these."""
+    moments = sorted(_moment(step) for step in steps)
+    part = np.searchsorted(moments, order_of_rows(data), side="right")
+    return bool(np.all(np.bincount(part, minlength=len(steps) + 1)[1:-1] >= rules.MIN_ROWS_BESIDE_STEP))
 
 
 def _beside(step: Hypothesis, state: SearchNode, search: Search) -> Hypothesis:
@@ -274,7 +283,7 @@ def _between_lost_rows(name: Hypothesis, problem: Problem) -> list[Hypothesis]:
     """The name between each two neighbours of the rows that were left out where it is, and the fitted ones there."""
     data, robot = problem.data, problem.start.robot
     if effect_has_moment(name.effect):
-        course, at = order_of_rows(data), float(name.entry["at_s" if "at_s" in name.entry else "at_row"])
+        course, at = order_of_rows(data), _moment(name)
     elif jumps_with_posture(name.effect):
         joint = source_of(name.owner).index
         option, unit = position_option(robot.joint_types[joint])
@@ -294,6 +303,11 @@ def _between_lost_rows(name: Hypothesis, problem: Problem) -> list[Hypothesis]:
         for middle in (ends[1:] + ends[:-1]) / 2
     ]
     return [replace(one, has_its_moment=name.has_its_moment) for one in there]
+
+
+def _moment(step: Hypothesis) -> float:
+    """When a step is [s], or its row."""
+    return float(step.entry["at_s" if "at_s" in step.entry else "at_row"])
 
 
 def _left_of_lost_rows(at: Fit) -> float:

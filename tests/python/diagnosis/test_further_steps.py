@@ -21,7 +21,7 @@ from fastcal import (
     simulate,
 )
 from fastcal.arrays import FloatArray
-from fastcal.diagnosis import Diagnosis
+from fastcal.diagnosis import Diagnosis, scans
 from fastcal.diagnosis.rounds import _cuts_memory_into_steps
 from fastcal.effects.entries import identity_options
 from fastcal.report import write_report
@@ -67,6 +67,15 @@ def test_two_steps_are_two_names_each_at_its_own_time(owner: str, tmp_path: Path
     assert all(f"model.yaml {owner}_step@{owner}:at_s={at:g} -o" in page for at in (first_s, second_s))
     left = drop_effects(of.model, f"{owner}_step@{owner}:at_s={second_s:g}").entries
     assert [identity_options(entry) for entry in left] == [{"at_s": first_s}]
+
+
+def test_there_and_back_around_a_row_is_a_gross_error() -> None:
+    """One gross row of an arm with nothing missing was two steps of the base, 90 s apart."""
+    data = Dataset.from_arrays(np.zeros((ROWS, 1)), time=TIME)
+    first, *others = (SimpleNamespace(entry={"at_s": TIME[k] - 6.0}) for k in (30, 31, 34, 35, 70))
+    enough = [scans._leaves_rows_between([other, first], data) for other in others]
+    assert enough == [False, False, True, True]
+    assert not scans._leaves_rows_between([others[-1], first, others[0]], data)
 
 
 def test_without_times_they_are_told_by_their_rows() -> None:
