@@ -33,7 +33,7 @@ from fastcal.diagnosis.result import Diagnosis, Finding
 from fastcal.diagnosis.rig_causes import found_rig_causes
 from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.scans import beside_lost_rows
-from fastcal.diagnosis.scattered_rows import are_noise, scattered_rows
+from fastcal.diagnosis.scattered_rows import are_noise, may_hide, scattered_rows
 from fastcal.diagnosis.search import SearchNode
 from fastcal.diagnosis.sure_names import Told, sure_names
 from fastcal.diagnosis.surrogate_bases import best_with_surrogate
@@ -167,9 +167,10 @@ def _without_wrong_rows(
         lost = sorted({*found.lost, *gross})
         notify(said("trying without {count} rows that nothing explains", count=len(lost)))
         found = _found(robot, data, test, library, sigma, threads, notify, lost)
-    lost = sorted({*found.lost, *scattered_rows(robot, data)})
-    if len(lost) == len(found.lost):
+    scattered = scattered_rows(robot, data)
+    if not scattered or not may_hide(found, scattered):
         return found
+    lost = sorted({*found.lost, *scattered})
     notify(said("trying without {count} rows that nothing explains", count=len(lost)))
     without = _found(robot, data, test, library, sigma, threads, notify, lost)
     return without if are_noise(found, without) else found

@@ -14,6 +14,7 @@ import numpy as np
 
 from fastcal.calibration.problem import prepare
 from fastcal.diagnosis import rules
+from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.found import Found
 from fastcal.diagnosis.noise import isolated_rows
 from fastcal.measurements.dataset import Dataset
@@ -23,6 +24,8 @@ from fastcal.robot.robot import Robot
 MAX_SCATTERED_SHARE = 0.2
 # What is left without them, of what was left with them, at most: the largest fifth of normal noise takes a fifth of it.
 SCATTERED_NOISE = 0.5
+# The same of what was found with them, for a second search to be worth its time.
+MAY_HIDE = 0.75
 
 
 def scattered_rows(robot: Robot, data: Dataset) -> list[int]:
@@ -33,12 +36,29 @@ def scattered_rows(robot: Robot, data: Dataset) -> list[int]:
     count = int(data.measured.sum())
     if count > rules.CHOSEN_AGAIN_ROWS:
         return []
-    found = prepare(robot, data, effects="geometry").identify()
-    if found.status != "converged":
+    robust = prepare(robot, data, effects="geometry").identify()
+    if robust.status != "converged":
         return []
-    wrong = isolated_rows(np.asarray(found.outliers, dtype=np.intp), data)
+    wrong = isolated_rows(np.asarray(robust.outliers, dtype=np.intp), data)
     least, most = rules.MAX_OUTLIER_SHARE * count, MAX_SCATTERED_SHARE * count
     return [int(i) for i in wrong] if least < len(wrong) <= most else []
+
+
+def may_hide(found: Found, rows: list[int]) -> bool:
+    """Does what was found leave clearly less of the others, fitted without these rows? A second search is dear."""
+    at = found.model.fit
+    used = at.problem.used.copy()
+    used[rows] = False
+    if used.sum() == at.problem.used.sum():
+        return False
+    return _left(fit(at.problem.with_rows(used), at.added, at)) < MAY_HIDE * _left(at)
+
+
+def _left(at: Fit) -> float:
+    """Standard deviation of what a fit leaves of its rows."""
+    _, r, row = at.whitened
+    r = r[row >= 0]
+    return float(np.sqrt(r @ r / max(len(r) - len(at.free), 1)))
 
 
 def are_noise(found: Found, without: Found) -> bool:

@@ -95,12 +95,31 @@ def gross_rows_of_a_small_set_hide_no_effect() -> None:
     assert [f.effect for f in diagnose(small_arm.arm(), scattered(3)).effects] == ["reduction_ratio"]
 
 
-@falls_with(SCATTERED_NOISE=2.0)
-def rows_that_an_effect_puts_off_are_kept() -> None:
-    """A robust fit of the geometry alone leaves them out."""
+def beside(data: Dataset, *names: tuple[str, str]) -> SimpleNamespace:
+    """What is found with these names."""
+    problem = small_arm.problem(data)
+    added = [name for name in problem.names if name.key in names]
+    return SimpleNamespace(model=SimpleNamespace(fit=fit(problem, added)))
+
+
+@falls_with(MAY_HIDE=0.0)
+@falls_with(MAY_HIDE=2.0)
+def rows_that_an_effect_puts_off_are_no_noise() -> None:
+    """A robust fit of the geometry alone leaves them out; with the effect the others fit no better without them."""
     data = scattered(4, gross=0)
-    assert scattered_rows.scattered_rows(small_arm.arm(), data)
-    assert diagnose(small_arm.arm(), data).outliers == []
+    rows = scattered_rows.scattered_rows(small_arm.arm(), data)
+    assert rows
+    assert not scattered_rows.may_hide(beside(data, ("reduction_ratio", "joint2")), rows)
+    gross = scattered(3)
+    assert scattered_rows.may_hide(beside(gross), scattered_rows.scattered_rows(small_arm.arm(), gross))
+
+
+@falls_with(SCATTERED_NOISE=0.0)
+@falls_with(SCATTERED_NOISE=2.0)
+def noise_that_hid_an_effect_is_far_less_without_its_rows() -> None:
+    found, less, far_less = (SimpleNamespace(level=SimpleNamespace(sigma=sigma)) for sigma in (1.0, 0.8, 0.3))
+    assert not scattered_rows.are_noise(found, less)
+    assert scattered_rows.are_noise(found, far_less)
 
 
 @falls_with(OUTLIER_RUN=1)
