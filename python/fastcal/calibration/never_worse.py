@@ -21,11 +21,13 @@ from fastcal.calibration.parameter_limits import PRIOR_SIZES
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residual_checks import Cleared
 from fastcal.calibration.shrinkage import start_of
+from fastcal.measurements.dataset import Dataset
 from fastcal.said import Said, said
 
 MANY = 0.1  # of the rows left out: then fits that leave fewer out are looked at
 _AS_FAR = 3.0  # times what base and tool alone miss a gross row by: they lie between all rows, up to half of them gross
 CLEARLY = 0.8  # of what a converged fit misses rows by on average: another that misses them by less is the better one
+ALIKE = 0.9  # of the rows on the same side of a condition's value as of the fit: left out or not
 _SAME = 1e-6  # relative: rounding
 
 
@@ -97,8 +99,11 @@ def never_worse(
     if holds and few and not _is_worse(errors, found, left_out[:0], judged):
         return Chosen(fit.problem, found)
     best = Chosen(fit.problem, found) if holds else None
+    # Rows of one load or approach are no outliers, however well the others agree: then every row counts in full.
+    missed = _mean_square if not few and share_a_condition(whole.data, left_out, judged) else _missed
     # A few rows that the fit gives up, for more than it gains on the others, are an end of a curve, or gross.
-    least = (1.0 if few else CLEARLY) * _missed(errors, found, judged) if holds else np.inf
+    clearly = 1.0 if few or missed is _mean_square else CLEARLY
+    least = clearly * missed(errors, found, judged) if holds else np.inf
     reason = _reason(found)
     if holds:
         reason = said("leaves out {count} rows that a fit of all rows reaches", count=len(left_out))
@@ -110,10 +115,10 @@ def never_worse(
         out = np.asarray([] if few and found.status == "converged" else again.outliers, dtype=np.intp)
         if again.status != "converged" or _is_worse(errors, again, out, judged):
             continue
-        missed = _missed(errors, again, judged)
-        if missed < least * (1 - _SAME):
+        left = missed(errors, again, judged)
+        if left < least * (1 - _SAME):
             why = said("the fit with the loss {loss} {why}: the result is {how}", loss=whole.loss, why=reason, how=how)
-            best, least = Chosen(other, again, why, pull=pull), missed
+            best, least = Chosen(other, again, why, pull=pull), left
     return best or _frames_only(fit.rest, found)
 
 
@@ -123,6 +128,26 @@ def is_worse(whole: CalibrationProblem, found: _core.Identification, moved: list
     judged = ~np.isnan(errors.before)
     judged[moved] = False
     return bool(judged.any()) and _is_worse(errors, found, _left_out(whole, found), judged)
+
+
+def share_a_condition(data: Dataset, left_out: IndexArray, judged: BoolArray) -> bool:
+    """Are the rows that a fit leaves out, of those `judged` (N,), just about those beyond some value of a condition?
+
+    A payload, a temperature, a side from which a joint approached: what is missing depends on it.
+    """
+    out = np.zeros(len(judged), dtype=bool)
+    out[left_out] = True
+    out = out[judged]
+    measured = (data.payload, data.temperature, data.approach)
+    columns = np.column_stack([np.zeros((len(judged), 0)), *(c for c in measured if c is not None)])[judged]
+    for values in columns.T:
+        order = np.argsort(values, kind="stable")
+        steps = np.flatnonzero(np.diff(values[order]) > 0) + 1
+        below = np.cumsum(out[order])[steps - 1] if len(steps) else np.zeros(0)
+        alike = (below + (len(out) - steps) - (out.sum() - below)) / len(out)
+        if np.any(np.maximum(alike, 1 - alike) >= ALIKE):
+            return True
+    return False
 
 
 def _left_out(whole: CalibrationProblem, found: _core.Identification) -> IndexArray:
@@ -179,6 +204,11 @@ def _is_worse(errors: Errors, found: _core.Identification, left_out: IndexArray,
     if not used.any():
         return False
     return not np.mean(after[used] ** 2) <= np.mean(errors.before[used] ** 2) * (1 + _SAME)
+
+
+def _mean_square(errors: Errors, found: _core.Identification, judged: BoolArray) -> float:
+    """Mean square error of all rows."""
+    return float(np.mean(errors.of(np.asarray(found.theta))[judged] ** 2))
 
 
 def _missed(errors: Errors, found: _core.Identification, judged: BoolArray) -> float:
