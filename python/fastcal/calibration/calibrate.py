@@ -196,6 +196,7 @@ def calibrate(
     kept = [k for k, i in enumerate(free) if i < len(names)]
     places, std = unknowns_found(found, len(names), covariance)
     found_spec = with_found(found_spec, problem.measured.parameters, places, std)
+    lacks_effect = any(caveat != seen.bent for caveat in seen.caveats)
     if kept or CORNERS in data.kinds:
         record = CalibrationRecord(
             [free_names[k] for k in kept],
@@ -206,7 +207,7 @@ def calibrate(
             covered(start, data) if long is None else covered_by_all(start, long),
             *kept_unknowns(found, problem.measured, len(names), covariance),
         )
-        lacks = {LACKS_EFFECT: True} if any(caveat != seen.bent for caveat in seen.caveats) else {}
+        lacks = {LACKS_EFFECT: True} if lacks_effect else {}
         found_spec["calibration"] = record.to_spec() | {"nominal": nominal_record(start.spec)} | lacks
     result_model = Robot.keeping(found_spec | {"made_by": origin})
     unknowns = unknowns_by_owner(problem.measured, places) | given_rig(result_model, data)
@@ -226,7 +227,11 @@ def calibrate(
     # Without effects all robots of a kind read the same of the rows.
     train = judged(result_model, data, **judge, samples=None if start.effects else problem.samples)
     shape = shape_of(result_model, data) if kept else None
-    misfits = [] if fit.status == "too_few_equations" else kind_misfits(result_model, data, train, unknowns, threads)
+    misfits = (
+        []
+        if fit.status == "too_few_equations"
+        else kind_misfits(result_model, data, train, unknowns, threads, lacks_effect=lacks_effect)
+    )
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
     doubts = [*suspected, *check_fit(robot, train, as_read=as_read), *seen.choices]

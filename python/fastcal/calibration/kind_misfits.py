@@ -41,11 +41,18 @@ _MEDIAN_LENGTH = {1: 0.6745, 2: 1.1774, 3: 1.5382}  # of as many normal numbers
 
 
 def kind_misfits(
-    model: Robot, data: Dataset, found: Evaluation, unknowns: Mapping[str, FloatArray], threads: int = 1
+    model: Robot,
+    data: Dataset,
+    found: Evaluation,
+    unknowns: Mapping[str, FloatArray],
+    threads: int = 1,
+    *,
+    lacks_effect: bool = False,
 ) -> list[KindMisfit]:
     """Kinds of an evaluation of a fitted model that do not belong to the arm, or to the other kinds.
 
-    Points alone are judged by `check_fit`. Of very many rows those that are shown are looked at.
+    Points alone are judged by `check_fit`. Of very many rows those that are shown are looked at. That a model which
+    `lacks_effect` misses them by more than their noise tells nothing of the kind.
     """
     if list(found.kinds) in ([], [POINTS]):
         return []
@@ -55,6 +62,7 @@ def kind_misfits(
         if np.sum(~np.isnan(of.after)) < FEWEST or of.kind not in scales:
             continue
         text = _misfit(model, data, found, of, *scales[of.kind], threads)
+        text = text or (None if lacks_effect else _beyond_claim(data, found, of))
         if text is not None:
             out.append(KindMisfit(of.kind, text))
     return out
@@ -87,9 +95,7 @@ def _misfit(
     kind, after = of.kind, float(np.nanmedian(of.after))
     before = None if of.before is None or np.isnan(of.before).all() else float(np.nanmedian(of.before))
     was = "" if before is None else f" ({kind.text(before, 3)} before the fit)"
-    others = [each.kind for each in found.kinds.values() if each.kind != kind]
-    beside = " and ".join(each.plural for each in others) if others else "this robot"
-    what = f"the {kind.plural} do not fit {'the ' if others else ''}{beside}: half of them miss by more than"
+    others, what = _others(found, kind)
     if kind.name != POINTS and others and (apart := _apart(model, data, of, threads)) is not None:
         alone, turn = apart
         if alone * APART < after:
@@ -104,9 +110,23 @@ def _misfit(
     is_buried = before is not None and after >= NO_BETTER * before and after > BURIED * max(arm, _gained(of))
     if is_buried and claimed is None:
         return f"{what} {kind.text(after, 3)}, and the fit makes them no better{was}"
-    if claimed is not None and after > CLAIMED * claimed:
-        return f"{what} {kind.text(after, 3)}, {after / claimed:.0f} times more than their sigma says"
     return None
+
+
+def _beyond_claim(data: Dataset, found: Evaluation, of: KindErrors) -> str | None:
+    """The sentence about a kind that misses by far more than its sigma column says; None where it does not."""
+    claimed, after = _claimed(data, of.kind, of.width), float(np.nanmedian(of.after))
+    if claimed is None or after <= CLAIMED * claimed:
+        return None
+    what = _others(found, of.kind)[1]
+    return f"{what} {of.kind.text(after, 3)}, {after / claimed:.0f} times more than their sigma says"
+
+
+def _others(found: Evaluation, kind: Kind) -> tuple[list[Kind], str]:
+    """The other kinds, and how a sentence about one begins that does not fit them."""
+    others = [each.kind for each in found.kinds.values() if each.kind != kind]
+    beside = " and ".join(each.plural for each in others) if others else "this robot"
+    return others, f"the {kind.plural} do not fit {'the ' if others else ''}{beside}: half of them miss by more than"
 
 
 def _scales(
