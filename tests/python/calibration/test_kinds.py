@@ -200,6 +200,17 @@ def test_a_kind_far_beyond_its_sigma_is_named() -> None:
     assert "8 times more than their sigma says" in misfit.text
 
 
+def test_a_missing_effect_is_no_sign_of_a_wrong_unit() -> None:
+    """Positions that a wave of joint 2 moves by twenty times what their sigma column says."""
+    q = postures(150, 53)
+    wave = np.zeros_like(q)
+    wave[:, 1] = 5e-3 * np.sin(2 * q[:, 1] + 0.4)
+    data = read(("position", "orientation"), seed=3, q=q + wave, claimed=True)
+    found = calibrate(robot(), replace(data, q=data.q - wave))
+    assert found.lacks_effect
+    assert found.misfits == []
+
+
 def test_the_diagnosis_leaves_a_worthless_kind_out_and_says_so() -> None:
     data = SPOILT["orientation"][1](read(("position", "orientation"), 80, 2), np.random.default_rng(2))
     with pytest.raises(fastcal.InvalidInput, match="the orientations do not fit this robot"):
