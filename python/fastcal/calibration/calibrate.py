@@ -26,6 +26,7 @@ from fastcal.calibration.data_notes import (
 )
 from fastcal.calibration.evaluation import judged
 from fastcal.calibration.extrapolation_notes import range_notes
+from fastcal.calibration.freed_lenses import freed_lenses
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.kind_noise import noise_record
@@ -126,7 +127,8 @@ def calibrate(
         max_iterations: Of one solve.
         as_read: Take the columns of `data` as they are, though another reading of them may fit far better, and return
             a fit that explains nothing: `notes` say so.
-        mend: Put pictures that are in the wrong rows where they fit, instead of leaving them out.
+        mend: Put pictures that are in the wrong rows where they fit, instead of leaving them out, and identify a lens
+            that the pictures contradict (`freed_lenses`), though the file says that it is known; not with `as_read`.
         checks: Look for other readings of the columns, for a part of the rows that moved, for noise with a memory and
             for what depends on the posture: ten times as long as the fit of a hundred rows. False: the fit alone.
         who: What the model shall keep beside hashes of robot and data: serial, instrument, operator, date (YYYY-MM-DD).
@@ -180,6 +182,10 @@ def calibrate(
     report(said("identifying"))
     way = Way(method, max_iterations, bool(priors), priors is None and parameters is None, checks)
     fit = _fitted(prepared, problem, way, len(given), may_add=parameters is None and long is None)
+    if mend and checks and not as_read and (freed := freed_lenses(fit)) is not None:
+        again = best_fit(freed.problem, way, len(given))
+        if again.status == "converged":
+            fit, looked = again, replace(looked, notes=(*looked.notes, freed.note))
     problem, found, seen = fit.problem, fit.found, fit.checks
     # Rows of columns that are taken as they are agree on nothing: they are no gross points.
     agrees_on_nothing = bool(suspected) and found.status == "converged" and fit.status == "not_converged"

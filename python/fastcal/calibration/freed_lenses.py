@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 The fastcal authors
+# SPDX-License-Identifier: MIT
+"""Intrinsics that the file calls known and the pictures contradict, identified after all.
+
+A lens is let free where it explains much of what the fit leaves, and where pictures of postures that were held out are
+predicted better with it: with e_i and f_i the RMS of a held-out posture's corners with the lens as stated and freed,
+
+    d_i = log(f_i / e_i),   mean(d) < log(BETTER),   mean(d) < -SURE std(d) / sqrt(n).
+
+Logarithms, so that no picture that is far off decides; postures, since the corners of one err together. Cameras are
+judged one after the other, the one that explains most first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fastcal import _core
+from fastcal.arrays import FloatArray
+from fastcal.calibration.alignment import measurements
+from fastcal.calibration.best_fit import BestFit
+from fastcal.calibration.lens_columns import explained_by_lens, known_lenses, with_lenses
+from fastcal.calibration.pose_folds import pose_folds
+from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.residuals import near_fit
+from fastcal.calibration.unknowns import CORNERS
+from fastcal.measurements.observations import without_measured
+from fastcal.said import Said, said
+
+_TRIED = 0.2  # of the squares that a lens must explain to be tried
+BETTER, SURE = 0.9, 3.0  # the factor of held-out errors, and its standard errors
+_FOLDS, _FEWEST = 5, 10  # postures
+
+
+@dataclass(frozen=True, eq=False)
+class FreedLenses:
+    """A problem with lenses that are no longer held.
+
+    Attributes:
+        problem: With them.
+        cameras: Whose.
+        before, after: The median RMS of the corners of a held-out posture [px].
+    """
+
+    problem: CalibrationProblem
+    cameras: tuple[str, ...]
+    before: float
+    after: float
+
+    @property
+    def note(self) -> Said:
+        """A sentence for a reader."""
+        return said(
+            "the pictures contradict the stated lens of camera {names}: it is identified, since held-out pictures "
+            "are then predicted to {after:.2g} px (median), with the stated lens to {before:.2g} px; --as-read keeps "
+            "the stated lens",
+            names=", ".join(self.cameras),
+            after=self.after,
+            before=self.before,
+        )
+
+
+def freed_lenses(fit: BestFit) -> FreedLenses | None:
+    """The problem of a fit with the lenses free that its pictures contradict; None where they contradict none."""
+    problem, near = fit.problem, near_fit(fit.problem, fit.found) if fit.status == "converged" else None
+    known = known_lenses(problem)
+    if near is None or not known:
+        return None
+    shares = {name: explained_by_lens(problem, near, [name]) for name in known}
+    tried = sorted((name for name in known if shares[name] > _TRIED), key=lambda name: -shares[name])
+    if not tried and len(known) > 1 and explained_by_lens(problem, near) > _TRIED:
+        tried = list(known)
+    if not tried:
+        return None
+    seen = np.flatnonzero(np.isfinite(problem.data.observed[CORNERS]).any(axis=1))
+    if len(seen) < _FEWEST:
+        return None
+    fold = pose_folds(problem.data, _FOLDS, np.random.default_rng(0))
+    folds = [np.flatnonzero(fold == k) for k in range(_FOLDS)]
+    stated = held_out(problem, folds)
+    freed: tuple[str, ...] = ()
+    last = stated
+    for name in tried:
+        now = None if last is None else held_out(with_lenses(problem, (*freed, name)), folds)
+        if last is not None and now is not None and predicts_better(last, now):
+            freed, last = (*freed, name), now
+    if not freed or stated is None or last is None:
+        return None
+    of = sorted(freed, key=known.index)
+    before, after = (float(np.nanmedian(errors)) for errors in (stated, last))
+    return FreedLenses(with_lenses(problem, of), tuple(of), before, after)
+
+
+def held_out(problem: CalibrationProblem, folds: Sequence[np.ndarray]) -> FloatArray | None:
+    """(N,) RMS of the corners of each row [px], predicted by the rows of other folds; None where a fit fails."""
+    out = np.full(len(problem.data), np.nan)
+    of = next(of for of in problem.measured.observations if of.field == CORNERS)
+    own = slice(of.first_number, of.first_number + len(of.components))
+    for held in folds:
+        data = without_measured(problem.data, held)
+        found = problem.with_(data=data, measured=measurements(data, problem.robot)).identify()
+        if found.status != "converged":
+            return None
+        r = np.asarray(
+            _core.residuals(problem.model, problem.samples, problem.measured, np.asarray(found.theta), problem.threads)
+        )[held, own]
+        corners = np.sum(np.isfinite(r), axis=1) / 2
+        some = corners > 0
+        out[held[some]] = np.sqrt(np.nansum(r[some] ** 2, axis=1) / corners[some])
+    return out
+
+
+def predicts_better(before: FloatArray, after: FloatArray) -> bool:
+    """Are held-out errors (N,) clearly smaller than those before?"""
+    both = (before > 0) & (after > 0)
+    if both.sum() < _FEWEST:
+        return False
+    d = np.log(after[both] / before[both])
+    error = float(d.std(ddof=1)) / np.sqrt(len(d))
+    return bool(d.mean() < np.log(BETTER) and d.mean() < -SURE * error)
