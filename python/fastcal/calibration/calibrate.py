@@ -26,7 +26,7 @@ from fastcal.calibration.data_notes import (
 )
 from fastcal.calibration.evaluation import judged
 from fastcal.calibration.extrapolation_notes import range_notes
-from fastcal.calibration.freed_lenses import freed_lenses
+from fastcal.calibration.freed_lenses import with_freed_lenses
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.kind_noise import noise_record
@@ -182,10 +182,7 @@ def calibrate(
     report(said("identifying"))
     way = Way(method, max_iterations, bool(priors), priors is None and parameters is None, checks)
     fit = _fitted(prepared, problem, way, len(given), may_add=parameters is None and long is None)
-    if mend and checks and not as_read and (freed := freed_lenses(fit)) is not None:
-        again = best_fit(freed.problem, way, len(given))
-        if again.status == "converged":
-            fit, looked = again, replace(looked, notes=(*looked.notes, freed.note))
+    fit, of_lens = with_freed_lenses(fit, way, len(given), mend=mend and not as_read) if checks else (fit, [])
     problem, found, seen = fit.problem, fit.found, fit.checks
     # Rows of columns that are taken as they are agree on nothing: they are no gross points.
     agrees_on_nothing = bool(suspected) and found.status == "converged" and fit.status == "not_converged"
@@ -271,6 +268,7 @@ def calibrate(
             *(misfit.text for misfit in misfits),
             *seen.caveats,
             *looked.notes,
+            *of_lens,
             *([] if shape is None else [shape.note]),
             *doubts,
             *(outlier_notes(result_model, data, found.outliers, train.kinds[CORNERS]) if cameras else []),

@@ -15,20 +15,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
-from fastcal.calibration.best_fit import BestFit
-from fastcal.calibration.lens_columns import explained_by_lens, known_lenses, with_lenses
+from fastcal.calibration.best_fit import BestFit, Way, best_fit
+from fastcal.calibration.lens_columns import explained_by_lens, known_lenses, lens_note, with_lenses
 from fastcal.calibration.pose_folds import pose_folds
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import near_fit
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.observations import without_measured
-from fastcal.said import Said, said
+from fastcal.said import Said, joined, said
 
 _TRIED = 0.2  # of the squares that a lens must explain to be tried
 BETTER, SURE = 0.9, 3.0  # the factor of held-out errors, and its standard errors
@@ -50,17 +51,39 @@ class FreedLenses:
     before: float
     after: float
 
-    @property
-    def note(self) -> Said:
-        """A sentence for a reader."""
+    def note(self, *, is_used: bool) -> Said:
+        """A sentence for a reader; `is_used`: these lenses are identified."""
+        values: dict[str, Any] = {
+            "names": joined(" and ", [f"camera {name}" for name in self.cameras]),
+            "before": self.before,
+            "after": self.after,
+        }
+        if is_used:
+            return said(
+                "the pictures contradict the lens stated for {names}: it is identified, and held-out pictures are "
+                "predicted to {after:.2g} px (median) instead of {before:.2g} px; --as-read keeps the stated lens",
+                **values,
+            )
         return said(
-            "the pictures contradict the stated lens of camera {names}: it is identified, since held-out pictures "
-            "are then predicted to {after:.2g} px (median), with the stated lens to {before:.2g} px; --as-read keeps "
-            "the stated lens",
-            names=", ".join(self.cameras),
-            after=self.after,
-            before=self.before,
+            "the pictures contradict the lens stated for {names}: with it identified, held-out pictures would be "
+            "predicted to {after:.2g} px (median) instead of {before:.2g} px; --mend identifies it",
+            **values,
         )
+
+
+def with_freed_lenses(fit: BestFit, way: Way, row_count: int, *, mend: bool) -> tuple[BestFit, list[str]]:
+    """The fit, with `mend` that with the lenses free that its pictures contradict, and what is said of lenses.
+
+    `way` and `row_count` as of `best_fit`.
+    """
+    found = freed_lenses(fit)
+    if found is None:
+        near = near_fit(fit.problem, fit.found) if fit.status == "converged" else None
+        note = None if near is None else lens_note(fit.problem, near)
+        return fit, [] if note is None else [note]
+    again = best_fit(found.problem, way, row_count) if mend else fit
+    is_used = mend and again.status == "converged"
+    return again if is_used else fit, [found.note(is_used=is_used)]
 
 
 def freed_lenses(fit: BestFit) -> FreedLenses | None:
