@@ -79,9 +79,7 @@ def lens_columns(
         return None
     freed = with_lenses(problem, known)
     own_count = len(problem.model.start)
-    theta = np.append(
-        near.theta[:own_count], _unknowns(problem, near.theta[own_count:], freed.measured.parameters)
-    )
+    theta = np.append(near.theta[:own_count], _unknowns(problem, near.theta[own_count:], freed.measured.parameters))
     J = np.asarray(freed.linearize(theta, near.noise).J)
     of_lens = [
         own_count + k

@@ -45,7 +45,7 @@ def test_a_wrong_lens_is_identified(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_right_lens_is_kept(tmp_path: Path, seed: int) -> None:
-    """With an arm that is off by half a millimetre, joints that repeat to 0.01 degrees, and in two of four a bent board."""
+    """The arm is off by half a millimetre, its joints repeat to 0.01 degrees, and in two of four the board is bent."""
     bent = board_corners({"kind": "checkerboard", "columns": 7, "rows": 5, "square_mm": 25, "bend_mm": [1, 0, 0.5]})
     flat = scene.corners
     try:

@@ -22,7 +22,8 @@ CLEAN = 40 if FULL else 12
 # What guards say, in any words.
 GUARDS = re.compile(
     r"exchanged|slipped|other end|mirrored|right to left|knocked|agree with one another|do not fit|in a row|"
-    r"times as large|counts? the other|another lens|contradict the lens|focal length about|each other|found where the file"
+    r"times as large|counts? the other|another lens|contradict the lens|focal length about|each other|"
+    r"found where the file"
 )
 
 
