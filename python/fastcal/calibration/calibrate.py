@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.alignment import align as align
 from fastcal.calibration.best_fit import BestFit, Way, best_fit
 from fastcal.calibration.bounds import bounds_reached
-from fastcal.calibration.camera_places import camera_places, exchanged_names
+from fastcal.calibration.camera_places import camera_places, exchanged_names, turned_pictures
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.data_notes import (
     covered,
@@ -273,6 +273,7 @@ def calibrate(
             *doubts,
             *(outlier_notes(result_model, data, found.outliers, train.kinds[CORNERS]) if cameras else []),
             *exchanged_names(robot.description, result_model.description),
+            *turned_pictures(robot.description, result_model.description),
             *_notes(result_model, data),
             *length_notes(start.description.known_distances, lengths),
             *([] if long is None else long_notes(long, data)),

@@ -312,6 +312,9 @@ MISTAKES: dict[str, Mistake] = {
     "distortion of the other sign": Mistake(
         of_camera(distortion=[-k for k in scene.LENS]), "contradict the lens stated for camera wrist", False
     ),
+    "all pictures upside down": Mistake(
+        of_corners(lambda uv: np.array(scene.SIZE) - 1 - uv), "half turned about its optical axis", False
+    ),
     "the camera was moved": Mistake(camera_moved, "from row 8 on camera wrist or board plate stands elsewhere", False),
     "turns about one axis": Mistake(turning(0, 0, 0, 0, 0, 40), "z, rz undetermined", False),
     "another size seen flat": Mistake(

@@ -23,7 +23,7 @@ CLEAN = 40 if FULL else 12
 GUARDS = re.compile(
     r"exchanged|slipped|other end|mirrored|right to left|knocked|agree with one another|do not fit|in a row|"
     r"times as large|counts? the other|another lens|contradict the lens|focal length about|each other|"
-    r"found where the file"
+    r"found where the file|half turned"
 )
 
 
