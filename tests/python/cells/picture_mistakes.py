@@ -312,6 +312,11 @@ MISTAKES: dict[str, Mistake] = {
     "distortion of the other sign": Mistake(
         of_camera(distortion=[-k for k in scene.LENS]), "contradict the lens stated for camera wrist", False
     ),
+    "a pair of which one was mended by hand": Mistake(
+        of_corners(lambda uv: np.insert(np.delete(uv, 7, 0), 7, uv[3], 0)),
+        "the picture of row 7 fits the posture of row 3, which has one of its own; it is left out",
+        False,
+    ),
     "all pictures upside down": Mistake(
         of_corners(lambda uv: np.array(scene.SIZE) - 1 - uv), "half turned about its optical axis", False
     ),
