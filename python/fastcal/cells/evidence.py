@@ -96,8 +96,7 @@ class Near:
             U, S, _ = thin_svd(E[own])
             parts.append((U.T @ J[own], U.T @ r[own], S))
         along, along_r, S = (np.concatenate(part) for part in zip(*parts, strict=True))
-        with np.errstate(over="ignore", invalid="ignore"):  # far off, where no fit ends
-            H, c, q = J.T @ J - along.T @ along, J.T @ r - along.T @ along_r, float(r @ r - along_r @ along_r)
+        H, c, q = J.T @ J - along.T @ along, J.T @ r - along.T @ along_r, float(r @ r - along_r @ along_r)
         return Near(H, c, q, len(r) - len(S), along, along_r, S)
 
     @property
@@ -178,11 +177,12 @@ def settled(
     measured, G = readings.measured(cell), np.eye(len(theta))[:, free]
     precision, held = known.sigma[free] ** -2.0, known.geometry[free]
     for _ in range(_ROUNDS):
-        near = Near.of(cell, measured, readings, theta, G, list(found.common_noise), threads)
-        mean = (known.mean - theta)[free]
         try:
-            noise = most_likely(near, mean, precision, held)
-            there = near.posterior(noise.scale, noise.repeats / noise.scale, mean, noise.precision(precision, held))
+            with np.errstate(over="ignore", invalid="ignore"):  # where the steps lead ever farther off
+                near = Near.of(cell, measured, readings, theta, G, list(found.common_noise), threads)
+                mean = (known.mean - theta)[free]
+                noise = most_likely(near, mean, precision, held)
+                there = near.posterior(noise.scale, noise.repeats / noise.scale, mean, noise.precision(precision, held))
         except linalg.LinAlgError:
             return found, None
         theta[free] += there.u
