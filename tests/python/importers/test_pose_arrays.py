@@ -77,3 +77,49 @@ def test_what_is_wrong_is_said(tmp_path: Path) -> None:
     file.write_bytes(b"PK nonsense")
     with pytest.raises(ParseError, match="is no file of numpy's arrays"):
         read_pose_arrays(file)
+
+
+def labelled(flange: np.ndarray, seen: np.ndarray, angles: str = "xyz") -> str:
+    """Lines of a place [m] and angles [deg], hand and eye by turns."""
+    lines = []
+    for of in zip(flange, seen, strict=True):
+        for label, T in zip(("hand", "eye"), of, strict=True):
+            six = [*T[:3, 3], *Rotation.from_matrix(T[:3, :3]).as_euler(angles, degrees=True)]
+            lines.append(",".join([label, *(f"{number:.12g}" for number in six)]))
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(("convention", "angles"), [("rpy", "xyz"), ("abc", "ZYX"), ("zyz", "ZYZ")])
+def test_lines_that_begin_with_hand_or_eye(tmp_path: Path, convention: str, angles: str) -> None:
+    file = tmp_path / "samples.csv"
+    file.write_text(labelled(A, S, angles))
+    found = read_pose_pairs([file], orientation=convention)
+    assert found is not None
+    np.testing.assert_allclose(found.flange, A, atol=1e-9)
+    np.testing.assert_allclose(found.seen, S, atol=1e-9)
+    with pytest.raises(ParseError, match="six numbers a pose, and nothing says what its angles are: give --orient"):
+        read_pose_pairs([file])
+    file.write_text(file.read_text() + "[[0, 1, 2, 3]]\n")
+    with pytest.raises(
+        ParseError, match=rf"line {2 * COUNT + 1} begins with '\[\[0', and those before with hand or eye"
+    ):
+        read_pose_pairs([file], orientation=convention)
+
+
+def test_two_lists_of_six_numbers(tmp_path: Path) -> None:
+    for name, T in (("arm", A), ("board", S)):
+        vectors = Rotation.from_matrix(T[:, :3, :3]).as_rotvec()
+        np.savetxt(tmp_path / f"{name}.txt", np.column_stack([T[:, :3, 3], vectors]))
+    files = [tmp_path / "arm.txt", tmp_path / "board.txt"]
+    found = read_pose_pairs(files, asked=True, orientation="rotation_vector")
+    assert found is not None
+    np.testing.assert_allclose(found.seen, S, atol=1e-9)
+    with pytest.raises(ParseError, match="wxyz does not say what its angles are"):
+        read_pose_pairs(files, asked=True, orientation="wxyz")
+
+
+def test_a_table_that_begins_with_a_tool_is_no_such_list(tmp_path: Path) -> None:
+    file = tmp_path / "table.csv"
+    file.write_text("Tool,X,Y,Z\n1,2,3,4\n")
+    assert read_pose_pairs([file]) is None
+    assert read_pose_pairs([tmp_path / "no.csv"]) is None
