@@ -20,12 +20,13 @@ from typing import Any
 import numpy as np
 
 from fastcal import _core
-from fastcal.arrays import FloatArray
+from fastcal.arrays import FloatArray, IndexArray
 from fastcal.calibration.alignment import measurements
-from fastcal.calibration.best_fit import BestFit, Way, best_fit
+from fastcal.calibration.best_fit import LEAST_SQUARES, BestFit, Way, best_fit
 from fastcal.calibration.lens_columns import explained_by_lens, known_lenses, lens_note, with_lenses
 from fastcal.calibration.pose_folds import pose_folds
 from fastcal.calibration.problem import CalibrationProblem
+from fastcal.calibration.residual_checks import MOST_ROWS
 from fastcal.calibration.residuals import near_fit
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.measurements.observations import without_measured
@@ -76,6 +77,8 @@ def with_freed_lenses(fit: BestFit, way: Way, row_count: int, *, mend: bool) -> 
 
     `way` and `row_count` as of `best_fit`.
     """
+    if way.method not in LEAST_SQUARES or row_count > MOST_ROWS or fit.problem.long is not None:
+        return fit, []
     found = freed_lenses(fit)
     if found is None:
         near = near_fit(fit.problem, fit.found) if fit.status == "converged" else None
@@ -117,7 +120,7 @@ def freed_lenses(fit: BestFit) -> FreedLenses | None:
     return FreedLenses(with_lenses(problem, of), tuple(of), before, after)
 
 
-def held_out(problem: CalibrationProblem, folds: Sequence[np.ndarray]) -> FloatArray | None:
+def held_out(problem: CalibrationProblem, folds: Sequence[IndexArray]) -> FloatArray | None:
     """(N,) RMS of the corners of each row [px], predicted by the rows of other folds; None where a fit fails."""
     out = np.full(len(problem.data), np.nan)
     of = next(of for of in problem.measured.observations if of.field == CORNERS)

@@ -115,6 +115,6 @@ def lens_note(problem: CalibrationProblem, near: Residuals) -> str | None:
     names, several = ", ".join(known), len(known) > 1
     return (
         f"camera{'s' if several else ''} {names}: another lens than the file's would explain "
-        f"{100 * share:.0f} % of the squares that are left: calibrate the lens, or have it identified, by "
-        "`intrinsics: identify` in the file or by --mend"
+        f"{100 * share:.0f} % of the squares that are left: calibrate the lens, or have it identified with "
+        "`intrinsics: identify`"
     )
