@@ -7,8 +7,8 @@ predicted better with it: with e_i and f_i the RMS of a held-out posture's corne
 
     d_i = log(f_i / e_i),   mean(d) < log(BETTER),   mean(d) < -SURE std(d) / sqrt(n).
 
-Logarithms, so that no picture that is far off decides; postures, since the corners of one err together. Cameras are
-judged one after the other, the one that explains most first.
+Logarithms, so that no picture that is far off decides; postures, since the corners of one err together. All cameras are
+judged together, since one wrong lens hides what another does; then each that need not be free is held again.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from fastcal.said import Said, joined, said
 
 _TRIED = 0.2  # of the squares that a lens must explain to be tried
 BETTER, SURE = 0.9, 4.5  # the factor of held-out errors, and its standard errors: at 3, one set of thirty was wrong
+_EACH = 2.0  # standard errors by which each camera of several must do so
 _FOLDS, _FEWEST = 5, 10  # postures
 
 
@@ -95,29 +96,25 @@ def freed_lenses(fit: BestFit) -> FreedLenses | None:
     known = known_lenses(problem)
     if near is None or not known:
         return None
-    shares = {name: explained_by_lens(problem, near, [name]) for name in known}
-    tried = sorted((name for name in known if shares[name] > _TRIED), key=lambda name: -shares[name])
-    if not tried and len(known) > 1 and explained_by_lens(problem, near) > _TRIED:
-        tried = list(known)
-    if not tried:
+    if not explained_by_lens(problem, near) > _TRIED:
         return None
-    seen = np.flatnonzero(np.isfinite(problem.data.observed[CORNERS]).any(axis=1))
-    if len(seen) < _FEWEST:
+    shares = {name: explained_by_lens(problem, near, [name]) for name in known}
+    freed = [name for name in known if shares[name] > 0]
+    seen = np.isfinite(problem.data.observed[CORNERS]).any(axis=1)
+    if not freed or seen.sum() < _FEWEST:
         return None
     fold = pose_folds(problem.data, _FOLDS, np.random.default_rng(0))
     folds = [np.flatnonzero(fold == k) for k in range(_FOLDS)]
-    stated = held_out(problem, folds)
-    freed: tuple[str, ...] = ()
-    last = stated
-    for name in tried:
-        now = None if last is None else held_out(with_lenses(problem, (*freed, name)), folds)
-        if last is not None and now is not None and predicts_better(last, now):
-            freed, last = (*freed, name), now
-    if not freed or stated is None or last is None:
+    before, after = held_out(problem, folds), held_out(with_lenses(problem, freed), folds)
+    if before is None or after is None or not predicts_better(before, after):
         return None
-    of = sorted(freed, key=known.index)
-    before, after = (float(np.nanmedian(errors)) for errors in (stated, last))
-    return FreedLenses(with_lenses(problem, of), tuple(of), before, after)
+    for name in sorted(freed, key=lambda name: shares[name]):
+        others = [other for other in freed if other != name]
+        held = held_out(with_lenses(problem, others), folds) if others else None
+        if held is not None and not predicts_better(held, after, 1.0, _EACH):
+            freed, after = others, held
+    errors = [float(np.nanmedian(of)) for of in (before, after)]
+    return FreedLenses(with_lenses(problem, freed), tuple(freed), *errors)
 
 
 def held_out(problem: CalibrationProblem, folds: Sequence[IndexArray]) -> FloatArray | None:
@@ -139,11 +136,11 @@ def held_out(problem: CalibrationProblem, folds: Sequence[IndexArray]) -> FloatA
     return out
 
 
-def predicts_better(before: FloatArray, after: FloatArray) -> bool:
-    """Are held-out errors (N,) clearly smaller than those before?"""
+def predicts_better(before: FloatArray, after: FloatArray, factor: float = BETTER, sure: float = SURE) -> bool:
+    """Are held-out errors (N,) smaller than those before, by a factor and by so many standard errors?"""
     both = (before > 0) & (after > 0)
     if both.sum() < _FEWEST:
         return False
     d = np.log(after[both] / before[both])
     error = float(d.std(ddof=1)) / np.sqrt(len(d))
-    return bool(d.mean() < np.log(BETTER) and d.mean() < -SURE * error)
+    return bool(d.mean() < np.log(factor) and d.mean() < -sure * error)

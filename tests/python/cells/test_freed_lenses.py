@@ -56,20 +56,26 @@ def test_a_right_lens_is_kept(tmp_path: Path, seed: int) -> None:
     assert not any(FREED in note for note in calibrated(tmp_path, mend=True).notes)
 
 
-def test_of_two_cameras_the_right_one_keeps_its_lens(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("wrong", [("right",), ("left", "right")])
+def test_of_two_cameras_the_wrong_ones_are_identified(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], wrong: tuple[str, ...]
+) -> None:
     scene.write(tmp_path, 24, error_mm=ERROR_MM)
     two_cameras(tmp_path, [])
     file = tmp_path / "cell.yaml"
     content = yaml.safe_load(file.read_text())
-    content["cameras"]["right"]["focal_px"] = list(WRONG)
+    for name in wrong:
+        content["cameras"][name]["focal_px"] = list(WRONG)
     file.write_text(yaml.safe_dump(content))
     words = [str(file), str(tmp_path / "poses.csv"), "--corners", str(tmp_path / "corners.csv")]
     assert main(["calibrate", *words, "--mend", "-o", str(tmp_path / "out")]) == 0
-    assert f"{FREED} right:" in capsys.readouterr().err
+    assert f"{FREED} {' and camera '.join(wrong)}:" in capsys.readouterr().err
     assert FREED in (tmp_path / "out/report.html").read_text()
     model = yaml.safe_load((tmp_path / "out/model.yaml").read_text())
-    assert model["cameras"]["left"]["focal_px"] == list(scene.FOCAL)
-    assert model["cameras"]["right"]["focal_px"] == pytest.approx(scene.FOCAL, rel=2e-3)
+    for name in ("left", "right"):
+        camera = model["cameras"][name]
+        assert camera["intrinsics"] == ("identify" if name in wrong else "known")
+        assert camera["focal_px"] == pytest.approx(scene.FOCAL, rel=2e-3)
 
 
 def test_no_picture_that_is_far_off_decides() -> None:
