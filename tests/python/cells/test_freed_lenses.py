@@ -30,7 +30,7 @@ def calibrated(folder: Path, **options: Any) -> CalibrationResult:
 
 
 def test_a_wrong_lens_is_identified(tmp_path: Path) -> None:
-    uv = scene.write(tmp_path, 30, error_mm=ERROR_MM, joint_noise_deg=0.001)
+    uv = scene.write(tmp_path, 20, error_mm=ERROR_MM, joint_noise_deg=0.001)
     of_camera(focal_px=list(WRONG))(tmp_path, uv)
     found = calibrated(tmp_path, mend=True)
     assert [note.split(":")[0] for note in found.notes if FREED in note] == [f"{FREED} wrist"]
@@ -60,7 +60,7 @@ def test_a_right_lens_is_kept(tmp_path: Path, seed: int) -> None:
 def test_of_two_cameras_the_wrong_ones_are_identified(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], wrong: tuple[str, ...]
 ) -> None:
-    scene.write(tmp_path, 24, error_mm=ERROR_MM)
+    scene.write(tmp_path, 18, error_mm=ERROR_MM)
     two_cameras(tmp_path, [])
     file = tmp_path / "cell.yaml"
     content = yaml.safe_load(file.read_text())
