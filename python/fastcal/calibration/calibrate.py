@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.alignment import align as align
 from fastcal.calibration.best_fit import BestFit, Way, best_fit
 from fastcal.calibration.bounds import bounds_reached
-from fastcal.calibration.camera_places import camera_places, exchanged_names
+from fastcal.calibration.camera_places import camera_places, exchanged_names, turned_pictures
 from fastcal.calibration.critical_loads import with_critical_loads
 from fastcal.calibration.data_notes import (
     covered,
@@ -26,6 +26,7 @@ from fastcal.calibration.data_notes import (
 )
 from fastcal.calibration.evaluation import judged
 from fastcal.calibration.extrapolation_notes import range_notes
+from fastcal.calibration.freed_lenses import with_freed_lenses
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.kind_noise import noise_record
@@ -126,7 +127,8 @@ def calibrate(
         max_iterations: Of one solve.
         as_read: Take the columns of `data` as they are, though another reading of them may fit far better, and return
             a fit that explains nothing: `notes` say so.
-        mend: Put pictures that are in the wrong rows where they fit, instead of leaving them out.
+        mend: Put pictures that are in the wrong rows where they fit, instead of leaving them out, and identify a lens
+            that the pictures contradict (`freed_lenses`), though the file says that it is known; not with `as_read`.
         checks: Look for other readings of the columns, for a part of the rows that moved, for noise with a memory and
             for what depends on the posture: ten times as long as the fit of a hundred rows. False: the fit alone.
         who: What the model shall keep beside hashes of robot and data: serial, instrument, operator, date (YYYY-MM-DD).
@@ -180,6 +182,7 @@ def calibrate(
     report(said("identifying"))
     way = Way(method, max_iterations, bool(priors), priors is None and parameters is None, checks)
     fit = _fitted(prepared, problem, way, len(given), may_add=parameters is None and long is None)
+    fit, of_lens = with_freed_lenses(fit, way, len(given), mend=mend and not as_read) if checks else (fit, [])
     problem, found, seen = fit.problem, fit.found, fit.checks
     # Rows of columns that are taken as they are agree on nothing: they are no gross points.
     agrees_on_nothing = bool(suspected) and found.status == "converged" and fit.status == "not_converged"
@@ -270,10 +273,12 @@ def calibrate(
             *(misfit.text for misfit in misfits),
             *seen.caveats,
             *looked.notes,
+            *of_lens,
             *([] if shape is None else [shape.note]),
             *doubts,
             *(outlier_notes(result_model, data, found.outliers, train.kinds[CORNERS]) if cameras else []),
             *exchanged_names(robot.description, result_model.description),
+            *turned_pictures(robot.description, result_model.description),
             *_notes(result_model, data),
             *length_notes(start.description.known_distances, lengths),
             *([] if long is None else long_notes(long, data)),

@@ -37,6 +37,7 @@ LEVEL = 0.95
 EXCHANGED = 3.0  # times nearer to the other's place in the file than to its own
 ONE_AXIS = "rotate whatever carries the camera or the board about a second axis too, by 30 degrees or more"
 TWO_AXES = "rotate whatever carries the camera or the board about two non-parallel axes, by 30 degrees or more"
+_NEARLY = 0.35  # [rad] from half a turn: files have cameras within less
 _KNOWN_TO = 10.0  # plausible sizes, GaugeOptions::practical_limit of the core: beyond it nothing is known
 _ROUNDING = 1e-12  # of the best known direction's information
 _LEVER = 0.3  # [m] at which a turn counts as a shift
@@ -205,6 +206,24 @@ def exchanged_names(given: RobotSpec, found: RobotSpec) -> list[str]:
         if given.cameras[a]["on"] == given.cameras[b]["on"]
         and (apart(a, b) + apart(b, a)) * EXCHANGED < apart(a, a) + apart(b, b)
     ]
+
+
+def turned_pictures(given: RobotSpec, found: RobotSpec) -> list[str]:
+    """A sentence for each camera that was found half turned about its optical axis from where the file has it."""
+    half = np.diag([-1.0, -1.0, 1.0])
+    out = []
+    for name, camera in given.cameras.items():
+        T, there = pose(camera), pose(found.cameras[name])
+        if np.allclose(T, np.eye(4)):  # nothing was said of it
+            continue
+        angle = float(np.linalg.norm(_core.log_so3(half @ T[:3, :3].T @ there[:3, :3])))
+        if angle < _NEARLY:
+            out.append(
+                f"camera {name} was found half turned about its optical axis from where the file has it: are its "
+                "pictures turned by 180 degrees, or is it mounted so? Its place is that of pictures as they are read, "
+                "of which centre_px and distortion must be too"
+            )
+    return out
 
 
 def middles_of_boards(model: Robot, data: Dataset, camera: str) -> FloatArray:

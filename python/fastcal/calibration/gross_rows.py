@@ -19,6 +19,7 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residuals import Residuals, near_fit
 from fastcal.measurements.kinds import POINTS, kind_named
 from fastcal.measurements.observations import without_measured
+from fastcal.measurements.row_words import rows_in_files
 from fastcal.said import failure, first_few, said
 from fastcal.units import from_si
 
@@ -156,11 +157,12 @@ def _judged(
     agreeing = int(np.sum(~gross))
     if 2 * agreeing < len(places):
         why = said(
-            "only {agreeing} of {rows} rows agree with one another, to {noise:.2g} mm; where fewer than half do, "
-            "others may be right",
+            "only {agreeing} of {rows} rows agree with one another, to {noise:.2g} mm ({which}); where fewer than half "
+            "do, others may be right",
             agreeing=agreeing,
             rows=len(places),
             noise=noise,
+            which=rows_in_files(problem.data, places[~gross]),
         )
         return failure(why, said("measure again, or leave the bad rows out")), []
     rows, _ = _points(near)
@@ -181,7 +183,7 @@ def _judged(
         noise=noise,
         others=int(agree.sum()),
         own=own * noise,
-        rows=first_few(places[far][agree].tolist()),
+        rows=rows_in_files(problem.data, places[far][agree]),
     )
     text = failure(why, said("give the two parts different `station` or `mount` labels"))
     refused = own < _SHARPER or agree.sum() >= _MOST_BESIDE * agreeing

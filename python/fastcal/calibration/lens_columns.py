@@ -12,7 +12,8 @@ share the errors of the arm, so that chance alone is no measure.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,48 +44,77 @@ class LensColumns:
     columns: FloatArray
 
 
-def lens_columns(problem: CalibrationProblem, near: Residuals) -> LensColumns | None:
-    """Those of all cameras whose lens is said to be known; None where there are none, or no corners."""
+def known_lenses(problem: CalibrationProblem) -> tuple[str, ...]:
+    """Cameras whose lens is said to be known; empty where no corners were read."""
     cameras = problem.robot.description.cameras
-    known = tuple(name for name, camera in cameras.items() if camera["intrinsics"] != "identify")
-    if not known or CORNERS not in problem.data.kinds:
-        return None
-    asked = dict(cameras)
-    for name in known:
+    is_read = CORNERS in problem.data.kinds
+    return tuple(name for name, camera in cameras.items() if is_read and camera["intrinsics"] != "identify")
+
+
+def with_lenses(problem: CalibrationProblem, names: Collection[str]) -> CalibrationProblem:
+    """The problem with the lenses of some cameras identified too, from where the file has them."""
+    cameras = dict(problem.robot.description.cameras)
+    for name in names:
         own = list(cameras[name].get("distortion", []))
         own += [0.0] * (_COEFFICIENTS[cameras[name]["model"]] - len(own))
-        asked[name] = {**cameras[name], "intrinsics": "identify", "distortion": own}
-    measured = measurements(problem.data, problem.robot.with_(cameras=asked))
+        cameras[name] = {**cameras[name], "intrinsics": "identify", "distortion": own}
+    robot = problem.robot.with_(cameras=cameras)
+    measured = measurements(problem.data, robot)
+    there = _unknowns(problem, problem.alignment.unknowns, measured.parameters)
+    return problem.with_(robot=robot, measured=measured, alignment=replace(problem.alignment, unknowns=there))
+
+
+def _unknowns(problem: CalibrationProblem, values: FloatArray, of: Sequence[_core.Parameter]) -> FloatArray:
+    """(U,) values of other unknowns, from those (V,) of the problem; 0 of what is not among these."""
+    own = {(p.owner, p.name): value for p, value in zip(problem.measured.parameters, values.tolist(), strict=True)}
+    return np.array([own.get((p.owner, p.name), 0.0) for p in of])
+
+
+def lens_columns(
+    problem: CalibrationProblem, near: Residuals, names: Collection[str] | None = None
+) -> LensColumns | None:
+    """Those of some cameras, or of all whose lens is said to be known; None where there are none, or no corners."""
+    known = tuple(known_lenses(problem) if names is None else names)
+    if not known:
+        return None
+    freed = with_lenses(problem, known)
     own_count = len(problem.model.start)
-    values = {(p.owner, p.name): near.theta[own_count + k] for k, p in enumerate(problem.measured.parameters)}
-    theta = [*near.theta[:own_count], *(values.get((p.owner, p.name), 0.0) for p in measured.parameters)]
-    J = np.asarray(
-        _core.linearize(problem.model, problem.samples, measured, np.array(theta), near.noise, problem.threads).J
-    )
+    theta = np.append(near.theta[:own_count], _unknowns(problem, near.theta[own_count:], freed.measured.parameters))
+    J = np.asarray(freed.linearize(theta, near.noise).J)
     of_lens = [
         own_count + k
-        for k, p in enumerate(measured.parameters)
+        for k, p in enumerate(freed.measured.parameters)
         if p.owner in {f"camera {name}" for name in known} and p.name not in PLACEMENT
     ]
     return LensColumns(known, J[near.place][:, of_lens])
 
 
-def lens_note(problem: CalibrationProblem, near: Residuals) -> str | None:
-    """The sentence where another lens would explain most of what the fit leaves; None where it would not."""
-    found = lens_columns(problem, near)
+def explained_by_lens(problem: CalibrationProblem, near: Residuals, names: Collection[str] | None = None) -> float:
+    """The share of the squares left that other lenses would explain, of some cameras or of all said to be known.
+
+    0 where the corners are too few to say.
+    """
+    found = lens_columns(problem, near, names)
     if found is None:
-        return None
+        return 0.0
     corners = near.of(kind_named(CORNERS)) & near.kept
     J, H = near.J[corners][:, near.free], found.columns[corners]
     if corners.sum() < _FEWEST * (J.shape[1] + H.shape[1]):
-        return None
+        return 0.0
     r, row = near.residual[corners], near.row[corners]
     alone, with_lens = huber_fit(J, r, row)[0], huber_fit(np.hstack([J, H]), r, row)[0]
-    if with_lens > (1 - EXPLAINED) * alone:
+    return 1 - with_lens / alone if alone > 0 else 0.0
+
+
+def lens_note(problem: CalibrationProblem, near: Residuals) -> str | None:
+    """The sentence where another lens would explain most of what the fit leaves; None where it would not."""
+    share = explained_by_lens(problem, near)
+    if not share >= EXPLAINED:
         return None
-    names, several = ", ".join(found.cameras), len(found.cameras) > 1
+    known = known_lenses(problem)
+    names, several = ", ".join(known), len(known) > 1
     return (
         f"camera{'s' if several else ''} {names}: another lens than the file's would explain "
-        f"{100 * (1 - with_lens / alone):.0f} % of the squares that are left: calibrate the lens, or have it "
-        "identified with `intrinsics: identify` and `distortion: [0, 0, 0, 0, 0]`"
+        f"{100 * share:.0f} % of the squares that are left: calibrate the lens, or have it identified with "
+        "`intrinsics: identify`"
     )

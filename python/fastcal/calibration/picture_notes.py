@@ -34,6 +34,14 @@ def stray_note(shown: str, rows: Sequence[int]) -> str:
     )
 
 
+def again_note(shown: str, row: int, fits: int) -> str:
+    """The sentence for a picture of a posture that has its own."""
+    return (
+        f"{shown}: the picture of row {row} fits the posture of row {fits}, which has one of its own; it is left out: "
+        f"is it a copy, and where is the picture of row {row}?"
+    )
+
+
 def of_other_rows(shown: str, rows: IntArray, fits: IntArray, *, mend: bool | None) -> str:
     """What is said of pictures that fit other rows: exchanged in pairs, slipped by as many rows, or of other rows.
 

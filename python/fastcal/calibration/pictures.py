@@ -24,7 +24,7 @@ from fastcal.calibration.inspection import ACCEPT
 from fastcal.calibration.lens_or_size import other_sizes
 from fastcal.calibration.picture_arm import arm_of
 from fastcal.calibration.picture_knocks import knock_note
-from fastcal.calibration.picture_notes import of_other_rows, renumbered, stray_note
+from fastcal.calibration.picture_notes import again_note, of_other_rows, renumbered, stray_note
 from fastcal.calibration.picture_outliers import rows_in_words
 from fastcal.calibration.picture_readings import (
     FAR,
@@ -35,6 +35,7 @@ from fastcal.calibration.picture_readings import (
     mirrored,
     other_numbering,
 )
+from fastcal.calibration.picture_rows import ABOUT, FEWEST, JUDGED, Picture, of_rows_with_their_own, placed, rms_to
 from fastcal.calibration.unknowns import CORNERS, given_rig, unknowns_by_owner
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -44,36 +45,11 @@ from fastcal.robot.robot import Robot
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-JUDGED = 5.0  # times better than as it is, in px
-TURNED = 20.0  # times better in another order of corners, in its own row: no other posture draws that
-ABOUT = 4.0  # times the median picture: an arm as it is drawn misses some pictures by more than others
 SECOND = "corner_again"  # of a data set: second pictures of a camera and board in their rows
-FEWEST = 4  # pictures of a camera and a board, from which a few can be told from the many
 _LISTED = 12  # pictures that another start is tried on
 _STRAY = 50.0  # times the median picture, and _ASTRAY of a picture's width: what misses by more fits no posture at all
 _ASTRAY = 0.05
 _TAIL = 3  # last pictures, from which something may have been moved before them
-
-
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """What one camera saw of one board.
-
-    Attributes:
-        row: Where the table has it.
-        uv: (K, 2) its corners [px], NaN where not seen.
-        fits: The row whose posture it fits; its own unless another does far better.
-        order: Of `orders` that in which its corners are.
-    """
-
-    row: int
-    uv: FloatArray
-    fits: int = -1
-    order: int = 0
-
-    def __post_init__(self) -> None:
-        if self.fits < 0:
-            object.__setattr__(self, "fits", self.row)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,17 +178,20 @@ def _judged_view(
                 f"{view.shown}: its corners are counted from right to left, or its rows from the bottom: the board's z "
                 "points to the camera, whose place does not depend on it"
             )
-    placed = _placed(found, drawn, order)
-    moved = [picture for picture in placed if picture.fits != picture.row]
+    fitted = placed(found, drawn, order)
+    moved = [picture for picture in fitted if picture.fits != picture.row]
     rows, fits = (np.array([getattr(picture, key) for picture in moved]) for key in ("row", "fits"))
     if arm is not None and not mend and 2 * len(moved) > len(found):
         return Judged(view.uv, (), (of_other_rows(view.shown, rows, fits, mend=None),))
+    again = of_rows_with_their_own(fitted)
     uv = np.full_like(view.uv, np.nan)
-    for picture in sorted(placed, key=lambda picture: picture.fits != picture.row, reverse=True):
+    for picture in sorted(fitted, key=lambda picture: picture.fits != picture.row, reverse=True):
         if picture.fits == picture.row or mend:
             uv[picture.fits] = picture.uv[order[picture.order]]
-    notes += renumbered(view.shown, [(of.row, of.order) for of in placed])
-    if moved:
+    notes += renumbered(view.shown, [(of.row, of.order) for of in fitted])
+    notes += [again_note(view.shown, picture.row, picture.fits) for picture in again]
+    if moved := [picture for picture in moved if picture not in again]:
+        rows, fits = (np.array([getattr(picture, key) for picture in moved]) for key in ("row", "fits"))
         notes.append(of_other_rows(view.shown, rows, fits, mend=mend))
     if arm is not None and (knocked := knock_note(replace(view, uv=uv), arm)) is not None:
         return Judged(uv, (*notes, knocked), ())
@@ -228,7 +207,7 @@ def _strays(view: View, uv: FloatArray, drawn: FloatArray, order: Sequence[IntAr
     Empty where they are more than a third, or the last ones: something was moved.
     """
     rows = np.flatnonzero(np.isfinite(uv).any(axis=(1, 2)))
-    miss = np.array([min(float(_rms(uv[i], drawn[i : i + 1, way])[0]) for way in order) for i in rows])
+    miss = np.array([min(float(rms_to(uv[i], drawn[i : i + 1, way])[0]) for way in order) for i in rows])
     if len(rows) < FEWEST:
         return []
     far = miss > max(_STRAY * float(np.median(miss)), _ASTRAY * float(view.camera["size_px"][0]))
@@ -249,7 +228,7 @@ def _of_other_cameras(rig: Seeing, uv: FloatArray, drawn: FloatArray, *, mend: b
             own, other = (
                 np.array(
                     [
-                        sum(_rms(uv[i, p], drawn[i : i + 1, q])[0] for p, q in zip(parts, ends, strict=True))
+                        sum(rms_to(uv[i, p], drawn[i : i + 1, q])[0] for p, q in zip(parts, ends, strict=True))
                         for i in both
                     ]
                 )
@@ -303,7 +282,7 @@ def _far_off(
     And what was meant otherwise, where no start brings them near.
     """
     ways = [drawn[:, own] for own in order]
-    usual = float(np.median([min(_rms(of.uv, way[of.row : of.row + 1])[0] for way in ways) for of in found]))
+    usual = float(np.median([min(rms_to(of.uv, way[of.row : of.row + 1])[0] for way in ways) for of in found]))
     limit = FAR * float(view.camera["size_px"][0])
     if usual < limit:
         return drawn, None
@@ -312,7 +291,7 @@ def _far_off(
     some = found[:: max(1, len(found) // _LISTED)]
 
     def fits(other: FloatArray) -> float:
-        return float(np.median([min(float(_rms(of.uv, other[:, own]).min()) for own in order) for of in some]))
+        return float(np.median([min(float(rms_to(of.uv, other[:, own]).min()) for own in order) for of in some]))
 
     other = drawn_by_poses(view, arm, fits, limit)
     if other is not None and fits(other) < limit:
@@ -360,36 +339,5 @@ def _misfit(rig: Seeing, corners: FloatArray, drawn: FloatArray) -> float:
         order = orders(rig.boards[board])
         for i in np.flatnonzero(np.isfinite(uv[:, part]).any(axis=(1, 2))):
             own = drawn[i : i + 1, part]
-            found.append(min(float(_rms(uv[i, part], own[:, of])[0]) for of in order))
+            found.append(min(float(rms_to(uv[i, part], own[:, of])[0]) for of in order))
     return float(np.median(found)) if found else np.inf
-
-
-def _placed(found: Sequence[Picture], drawn: FloatArray, order: Sequence[IntArray]) -> list[Picture]:
-    """The pictures of one camera and board, each with the row whose posture it fits; `drawn` is (N, K, 2) [px]."""
-    if len(found) < FEWEST:
-        return list(found)
-    ways = [drawn[:, of] for of in order]
-    rms = np.array([[_rms(picture.uv, way) for way in ways] for picture in found])  # (pictures, ways, postures)
-    usual = float(np.median([of[:, picture.row].min() for of, picture in zip(rms, found, strict=True)]))
-    out = []
-    for of, picture in zip(rms, found, strict=True):
-        own, best = of[:, picture.row], float(of.min())
-        is_far = best > ABOUT * usual
-        if is_far and own.min() * TURNED < own[0] and own.min() < min(TURNED * usual, 2 * best):
-            out.append(replace(picture, order=int(np.argmin(own))))
-            continue
-        if best * JUDGED > own[0] or is_far:
-            out.append(picture)
-            continue
-        way, posture = divmod(int(np.argmin(of)), len(drawn))
-        if own.min() <= 2 * best:  # its own posture does as well
-            way, posture = int(np.argmin(own)), picture.row
-        out.append(replace(picture, fits=posture, order=way))
-    return out
-
-
-def _rms(seen: FloatArray, drawn: FloatArray) -> FloatArray:
-    """(N,) root mean square distance of a picture's corners (K, 2) from those (N, K, 2) that each posture draws."""
-    known = np.isfinite(seen).all(axis=1)
-    seen, drawn = seen[known], drawn[:, known]
-    return np.asarray(np.sqrt(np.mean(np.sum((drawn - seen) ** 2, axis=2), axis=1)))

@@ -17,7 +17,7 @@ from fastcal.calibration.asked_conditions import Explained, Word, condition_that
 from fastcal.calibration.gross_rows import Refit, majority
 from fastcal.calibration.joint_noise import joint_repeatability
 from fastcal.calibration.lack_of_fit import Whitening, points_depend, posture_features, readings_depend
-from fastcal.calibration.lens_columns import lens_columns, lens_note
+from fastcal.calibration.lens_columns import lens_columns
 from fastcal.calibration.levers import whitened_levers
 from fastcal.calibration.postures import stays
 from fastcal.calibration.problem import CalibrationProblem
@@ -271,8 +271,6 @@ def noise_and_posture(
     if serial is not None:
         notes.append(note)
         serial = replace(serial, covariance=serial.covariance / np.outer(scale, scale))
-    if (lens := lens_note(problem, near)) is not None:
-        notes.append(lens)
     whole = np.bincount(row, minlength=len(data)) == 3
     if near.kind_of_number == [near.kind] * 3 and np.sum(whole) * 3 == len(residual) and data.position is not None:
         chance = points_depend(J, residual, np.flatnonzero(whole), problem.robot, data, white, stays(data))

@@ -62,7 +62,13 @@ class PictureSeen:
         if self.why:
             return one_text(": ", [where, self.why])
         found = [
-            said("{count} of {all} corners of {board}", count=seen.count, all=len(seen.uv), board=name)
+            one_text(
+                "",
+                [
+                    said("{count} of {all} corners of {board}", count=seen.count, all=len(seen.uv), board=name),
+                    seen.doubt,
+                ],
+            )
             for name, seen in self.boards.items()
             if seen.count
         ]

@@ -34,6 +34,7 @@ _FEWEST = 4  # corners, or tags, from which the place of a board can be told
 _WIDENED = ((1, 1), (2, 3), (1, 3))  # times as large, and pixels of a square over which the brightest counts
 _SHARP = 25.0  # variance of the Laplacian below which a picture is called blurred
 _DARK, _BRIGHT = 30.0, 225.0  # grey levels of a picture that is exposed wrongly
+_WHITE, _WASHED = 254, 0.05  # grey level from which a pixel is clipped, and a share of such pixels that is large
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +44,12 @@ class Seen:
     Attributes:
         uv: (K, 2) where its corners are [px], (0, 0) the centre of the first pixel; NaN where not seen.
         why: Why nothing was found; empty where something was.
+        doubt: What may be wrong with a picture in which less than half of the board was found.
     """
 
     uv: FloatArray
     why: str = ""
+    doubt: str = ""
 
     @property
     def count(self) -> int:
@@ -80,7 +83,8 @@ def find_board(grey: Picture, board: Mapping[str, Any]) -> Seen:
     height, width = grey.shape
     outside = ~((uv >= 0) & (uv <= (width - 1, height - 1))).all(axis=1)
     uv[outside] = np.nan
-    return Seen(uv)
+    is_half = 2 * int(np.isfinite(uv[:, 0]).sum()) >= len(uv)
+    return Seen(uv, doubt="" if is_half else _doubt(cv2, grey))
 
 
 def _checkerboard(
@@ -237,12 +241,14 @@ def _refined(cv2: Any, grey: Picture, at: FloatArray, share: float, apart: float
 
 
 def _doubt(cv2: Any, grey: Picture) -> str:
-    """What may be wrong with a picture in which nothing was found."""
+    """What may be wrong with a picture in which nothing was found, or little."""
     level = float(grey.mean())
     if level < _DARK:
         return f"; the picture is dark (mean {level:.0f} of 255)"
     if level > _BRIGHT:
         return f"; the picture is too bright (mean {level:.0f} of 255)"
+    if (washed := float(np.mean(grey >= _WHITE))) > _WASHED:
+        return f"; {100 * washed:.0f} % of the picture are overexposed (white): shorter exposure, or less light"
     if float(cv2.Laplacian(grey, cv2.CV_64F).var()) < _SHARP:
         return "; the picture is blurred or empty"
     return ""

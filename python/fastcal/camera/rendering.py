@@ -70,7 +70,7 @@ def render(
     width, height = (int(side) for side in camera["size_px"])
     print_on, paper = pattern(board)
     x, y = _places(camera, T_camera_board, width, height)
-    out = np.full((height, width), taken.behind)
+    out = np.full((height, width), taken.behind, dtype=np.float64)
     with np.errstate(invalid="ignore"):
         on = (x > paper[0]) & (y > paper[1]) & (x < paper[2]) & (y < paper[3])
     if on.any():
@@ -129,7 +129,7 @@ def _cells(
     at_x, at_y = between(x), between(y)
     with np.errstate(invalid="ignore"):
         on = (at_x > paper[0]) & (at_y > paper[1]) & (at_x < paper[2]) & (at_y < paper[3])
-    grey = np.full(at_x.shape, taken.behind)
+    grey = np.full(at_x.shape, taken.behind, dtype=np.float64)
     grey[on] = taken.black + (taken.white - taken.black) * print_on(at_x[on], at_y[on])
     rows = reduce(np.add, (grey[k::samples] for k in range(samples)))
     return np.asarray(reduce(np.add, (rows[:, k::samples] for k in range(samples))) / samples**2)

@@ -27,7 +27,7 @@ from fastcal.cells.asked import Priors
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
 from fastcal.monitoring.hypotheses import zero_direction
-from fastcal.robot.identified_spec import Values
+from fastcal.robot.identified_spec import Solution, Values
 
 FloatArray = NDArray[np.float64]
 
@@ -105,11 +105,17 @@ class Near:
         return self.count + len(self.r)
 
     def posterior(self, scale: float, ratio: float, mean: FloatArray, precision: FloatArray) -> Posterior:
-        """Of u, with the noise s = scale, t = ratio."""
+        """Of u, with the noise s = scale, t = ratio.
+
+        Raises:
+            LinAlgError: Such noise leaves nothing of a parameter.
+        """
         variance = scale**2 * (1 + (ratio * self.S) ** 2)
         weighed = self.J / variance[:, np.newaxis]
         H = self.H / scale**2 + weighed.T @ self.J + np.diag(precision)
         c = precision * mean - self.c / scale**2 - weighed.T @ self.r
+        if not (np.diag(H) > 0).all():
+            raise linalg.LinAlgError  # nothing is left of a parameter
         size = 1 / np.sqrt(np.diag(H))
         factor = linalg.cho_factor(H * np.outer(size, size), lower=True)
         u = size * linalg.cho_solve(factor, size * c)
@@ -157,8 +163,8 @@ def joint_zeros(cell: Cell, count: int) -> list[tuple[str, int, str, FloatArray]
 
 def settled(
     cell: Cell, readings: Readings, found: _core.Identification, known: Priors, threads: int = 1
-) -> tuple[Values, SharedNoise]:
-    """A fit of a cell once more, with the noise that the readings of a posture share.
+) -> tuple[Solution, SharedNoise | None]:
+    """A fit of a cell once more, with the noise that the readings of a posture share; as it was, and None, far off.
 
     Args:
         cell: Before the fit.
@@ -171,10 +177,14 @@ def settled(
     measured, G = readings.measured(cell), np.eye(len(theta))[:, free]
     precision, held = known.sigma[free] ** -2.0, known.geometry[free]
     for _ in range(_ROUNDS):
-        near = Near.of(cell, measured, readings, theta, G, list(found.common_noise), threads)
-        mean = (known.mean - theta)[free]
-        noise = most_likely(near, mean, precision, held)
-        there = near.posterior(noise.scale, noise.repeats / noise.scale, mean, noise.precision(precision, held))
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):  # where the steps lead ever farther off
+                near = Near.of(cell, measured, readings, theta, G, list(found.common_noise), threads)
+                mean = (known.mean - theta)[free]
+                noise = most_likely(near, mean, precision, held)
+                there = near.posterior(noise.scale, noise.repeats / noise.scale, mean, noise.precision(precision, held))
+        except linalg.LinAlgError:
+            return found, None
         theta[free] += there.u
         if there.is_at_rest:
             break
@@ -197,7 +207,10 @@ def most_likely(near: Near, mean: FloatArray, precision: FloatArray, held: NDArr
 
     def cost(x: FloatArray) -> float:
         of = noise(x)
-        return near.posterior(of.scale, of.repeats / of.scale, mean, of.precision(precision, held)).evidence
+        try:
+            return near.posterior(of.scale, of.repeats / of.scale, mean, of.precision(precision, held)).evidence
+        except linalg.LinAlgError:  # such noise leaves nothing of a parameter but rounding
+            return np.inf
 
     bounds = np.log([_SCALES, _REPEATS, _HELD][: 3 if held.any() else 2])
     start = np.log([1.0, _REPEATS_START, 1.0])[: len(bounds)]

@@ -91,7 +91,8 @@ def import_(
     if (taken := read_industrial_set(exports) or read_numbered_pictures(exports)) is not None:
         _say_set(taken, output, write_picture_set(output, taken, arm, robot or ""))
         return
-    if (pairs := read_pose_pairs(exports, asked=hand_eye) or read_calibration_data(exports, arm)) is not None:
+    pairs = read_pose_pairs(exports, asked=hand_eye, orientation=orientation) or read_calibration_data(exports, arm)
+    if pairs is not None:
         _say_pairs(pairs, output, write_pose_pairs(output, pairs, arm, robot or ""))
         return
     with progress() as show:

@@ -50,7 +50,13 @@ TestCorners = Annotated[
 ]
 Mend = Annotated[
     bool,
-    typer.Option("--mend", help="Move pictures in wrong rows to the rows where they fit; otherwise they are left out."),
+    typer.Option(
+        "--mend",
+        help=(
+            "Move pictures in wrong rows to the rows where they fit, otherwise they are left out; `calibrate` also "
+            "identifies a lens that the pictures contradict."
+        ),
+    ),
 ]
 HandEyes = Annotated[
     list[Path] | None,

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from fastcal.calibration.hand_eye import FEWEST, gross, hand_eye
 from fastcal.calibration.picture_arm import FAR_POSES, meant_by_poses
 from fastcal.errors import InvalidInput, ParseError
-from fastcal.importers.pose_lists import read_pose_list
+from fastcal.importers.pose_arrays import read_pose_arrays
+from fastcal.importers.pose_lists import read_labelled_poses, read_pose_list
 from fastcal.io.poses import checked, posed
 from fastcal.io.yaml_file import read_yaml
 from fastcal.robot.se3 import pose_of_six
@@ -54,12 +55,14 @@ class PosePairs:
     joints: FloatArray | None = None
 
 
-def read_pose_pairs(files: Sequence[Path], *, asked: bool = False) -> PosePairs | None:
+def read_pose_pairs(files: Sequence[Path], *, asked: bool = False, orientation: str | None = None) -> PosePairs | None:
     """The pairs in a file or folder that says what it is, or in two lists where they are asked for; None: no such file.
 
     Args:
-        files: Samples of easy_handeye2 or MoveIt, a folder of ViSP, or two lists: of the flange, of the board.
+        files: Samples of easy_handeye2 or MoveIt, a folder of ViSP, a .npz with the poses of both, or two lists: of
+            the flange, of the board.
         asked: They are to be hand-eye samples, whatever they look like.
+        orientation: What the angles of lists are that have six numbers a pose.
 
     Raises:
         ParseError: They are, and cannot be read.
@@ -67,14 +70,16 @@ def read_pose_pairs(files: Sequence[Path], *, asked: bool = False) -> PosePairs 
     """
     found = None
     if len(files) == 1:
-        found = _visp(files[0]) if files[0].is_dir() else _yaml_samples(files[0])
+        found = _visp(files[0]) if files[0].is_dir() else _yaml_samples(files[0]) or _arrays(files[0])
+        found = found or _labelled(files[0], orientation)
     elif len(files) == 2 and asked:
-        found = _two_lists(*files)
+        found = _two_lists(files[0], files[1], orientation)
     if found is None:
         if asked:
             raise InvalidInput(
-                "expected samples of easy_handeye2 or MoveIt, a folder of ViSP, or two lists of poses: of the flange "
-                "in the base, and of the board in the camera"
+                "expected samples of easy_handeye2 or MoveIt, a folder of ViSP, a .npz with both poses (T_base_ee and "
+                "T_cam_board, or R_gripper2base, t_gripper2base, R_target2cam and t_target2cam), or two lists of "
+                "poses: of the flange in the base, and of the board in the camera"
             )
         return None
     return agreeing(found, files)
@@ -106,6 +111,12 @@ def _yaml_samples(path: Path) -> PosePairs | None:
         )
         return PosePairs(flange, seen, None, "MoveIt's pose samples")
     return None
+
+
+def _arrays(path: Path) -> PosePairs | None:
+    """Both of a .npz."""
+    found = read_pose_arrays(path)
+    return None if found is None else PosePairs(*found, None, "numpy's arrays of poses")
 
 
 def _easy_handeye2(content: Mapping[str, Any], path: Path) -> PosePairs:
@@ -164,9 +175,15 @@ def _theta_u(path: Path, row: int) -> FloatArray:
     return checked(pose_of_six(v), path, row)
 
 
-def _two_lists(arm: Path, board: Path) -> PosePairs:
+def _labelled(path: Path, orientation: str | None) -> PosePairs | None:
+    """Lines that begin with hand or eye."""
+    found = read_labelled_poses(path, orientation)
+    return None if found is None else PosePairs(found[0].T, found[1].T, None, "lines of poses with labels")
+
+
+def _two_lists(arm: Path, board: Path, orientation: str | None) -> PosePairs:
     """The flange's and the board's poses: by time where both have one, else one after the other."""
-    a, b = (read_pose_list(path) for path in (arm, board))
+    a, b = (read_pose_list(path, orientation) for path in (arm, board))
     if a.times is not None and b.times is not None:
         apart = np.diff(np.sort(a.times))
         reach = _NEAR * float(np.min(apart[apart > 0], initial=np.inf))

@@ -137,9 +137,9 @@ def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureChec
         G = levers(model.core, data, measured, theta[len(start) :], threads)[row, np.asarray(near.number)[own]]
         tried = _explanations(model, measured, J[:, len(start) :], G, r, scale, pictures)
         best = tried[0].fit
-        lens, of_lens = _another_lens(model, data, r, own, scale, pictures, best.cost - ALIKE)
-        if lens is not None and of_lens is not None:
-            best = of_lens
+        other = _another_lens(model, data, r, own, scale, pictures, best.cost - ALIKE)
+        if other is not None:
+            best, lens = other.fit, other.change
         else:
             moved = tuple(of.moved for of in tried if of.fit.cost - best.cost < ALIKE)
         count = len(tried) + len(model.description.cameras)
@@ -198,13 +198,20 @@ def _explanations(
     return sorted(found, key=lambda of: of.fit.cost)
 
 
+@dataclass(frozen=True, eq=False)
+class _OtherLens:
+    """A lens that explains the corners: how it changed, and what it leaves of them."""
+
+    change: LensChange
+    fit: _Fit
+
+
 def _another_lens(
     model: Robot, data: Dataset, r: FloatArray, own: BoolArray, scale: float, pictures: int, least: float
-) -> tuple[LensChange | None, _Fit | None]:
+) -> _OtherLens | None:
     """What has changed of a camera's focal lengths and centre, where its BIC is less than `least`; else None."""
     cameras, step = model.description.cameras, 1e-3  # [px]
-    found: LensChange | None = None
-    best: _Fit | None = None
+    best: _OtherLens | None = None
     for name, camera in cameras.items():
         columns = []
         for k in range(4):
@@ -219,10 +226,9 @@ def _another_lens(
             columns.append((np.asarray(near.r)[own] - r) / step)
         fit = _Fit.of(np.column_stack(columns), r, scale, pictures)
         if fit.cost < least:
-            least, best = fit.cost, fit
             share = 100 * float(np.mean(fit.x[:2] / np.array(camera["focal_px"])))
-            found = LensChange(name, share, float(np.linalg.norm(fit.x[2:])))
-    return found, best
+            least, best = fit.cost, _OtherLens(LensChange(name, share, float(np.linalg.norm(fit.x[2:]))), fit)
+    return best
 
 
 def _moved(model: Robot, owner: str, x: FloatArray) -> Moved:

@@ -14,6 +14,7 @@ from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.consensus import Rows, agreeing_rows, leave_freedom
 from fastcal.io.robot_file import load_robot
 from fastcal.measurements.dataset import Dataset
+from fastcal.measurements.row_words import row_ranges
 from fastcal.report.language import _, in_language
 from fastcal.report.next_step import step
 
@@ -97,6 +98,8 @@ def test_where_fewer_than_half_agree_the_refusal_counts_them() -> None:
     result = Spoilt(1, 0.6, "scattered").calibrated()
     assert result.status == "not_converged"
     assert result.message.startswith("only 40 of 100 rows agree with one another, to 0.0")
+    good = np.setdiff1d(np.arange(100), Spoilt(1, 0.6, "scattered").bad)
+    assert f" mm (rows {row_ranges(good)}); where fewer" in result.message
     assert step(result) == "measure again, or leave the bad rows out"
 
 
@@ -115,9 +118,9 @@ def test_a_few_rows_from_another_place_are_left_out_with_a_word() -> None:
     assert result.outliers == spoilt.bad
     (note,) = (note for note in result.notes if note.endswith("only the 70 are used"))
     assert "30 others to 0.0" in note
-    assert f" on another fit ({', '.join(map(str, spoilt.bad[:5]))} and 25 more): " in note
+    assert f" on another fit (rows {row_ranges(spoilt.bad)}): " in note
     with in_language("de"):
-        assert f"({', '.join(map(str, spoilt.bad[:5]))} und 25 weitere)" in _(note)
+        assert f" (Zeilen {_(row_ranges(spoilt.bad))}): " in _(note)
 
 
 def test_a_missing_effect_makes_no_gross_rows() -> None:

@@ -100,6 +100,26 @@ def test_a_checkerboard_that_has_two_ends_is_numbered_from_its_black_one() -> No
         assert np.linalg.norm(seen.uv[0] - drawn(board, T)[0]) < 0.3, turn
 
 
+@pytest.mark.parametrize(("kind", "white", "blur_px", "least"), [("charuco", 400, 2, 4), ("checkerboard", 500, 2, 0)])
+def test_an_overexposed_board_is_said_where_little_of_it_is_found(
+    kind: str, white: float, blur_px: float, least: int
+) -> None:
+    """Before a dark wall, so that the picture's mean is that of any other."""
+    board = BOARDS[kind]
+    T = before_camera(board, [10.0, -15.0, 5.0], [0.0, 0.0, 0.6])
+    seen = find_board(render(CAMERA, board, T, exposure=Exposure(blur_px, black=60, white=white, behind=40)), board)
+    assert least <= seen.count < len(seen.uv) / 2
+    assert " % of the picture are overexposed" in (seen.doubt if least else seen.why)
+
+
+def test_a_sharp_board_bears_overexposure() -> None:
+    board = BOARDS["checkerboard"]
+    T = before_camera(board, [10.0, -15.0, 5.0], [0.0, 0.0, 0.6])
+    seen = find_board(render(CAMERA, board, T, exposure=Exposure(black=60, white=400, behind=40)), board)
+    assert seen.why + seen.doubt == ""
+    assert np.sqrt(np.mean(np.sum((seen.uv - drawn(board, T)) ** 2, axis=1))) < 0.1
+
+
 @pytest.mark.parametrize("kind", BOARDS)
 def test_a_picture_without_its_board_says_why(kind: str) -> None:
     grey = np.full((960, 1280), 110, np.uint8)

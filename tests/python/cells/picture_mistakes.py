@@ -310,7 +310,15 @@ MISTAKES: dict[str, Mistake] = {
     "centre of half the size": Mistake(lens(1.0, 0.5), "centre_px found with pictures 0.5 times as large"),
     "another focal length": Mistake(lens(1.4), "a focal length about 0.7"),
     "distortion of the other sign": Mistake(
-        of_camera(distortion=[-k for k in scene.LENS]), "another lens than the file's", False
+        of_camera(distortion=[-k for k in scene.LENS]), "contradict the lens stated for camera wrist", False
+    ),
+    "a pair of which one was mended by hand": Mistake(
+        of_corners(lambda uv: np.insert(np.delete(uv, 7, 0), 7, uv[3], 0)),
+        "the picture of row 7 fits the posture of row 3, which has one of its own; it is left out",
+        False,
+    ),
+    "all pictures upside down": Mistake(
+        of_corners(lambda uv: np.array(scene.SIZE) - 1 - uv), "half turned about its optical axis", False
     ),
     "the camera was moved": Mistake(camera_moved, "from row 8 on camera wrist or board plate stands elsewhere", False),
     "turns about one axis": Mistake(turning(0, 0, 0, 0, 0, 40), "z, rz undetermined", False),

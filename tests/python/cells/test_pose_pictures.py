@@ -108,7 +108,7 @@ def test_a_lens_that_is_not_as_the_file_says_is_named(
         words = [*words, "--as-read"]
     assert main(["calibrate", *words, "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().err
-    assert ("another lens than the file's would explain" in said) is not is_right
+    assert ("the pictures contradict the lens stated for camera wrist" in said) is not is_right
     assert "from row" not in said
     assert "diagnose" not in said  # it needs joints
 
