@@ -128,11 +128,9 @@ def design_cell(
         shown, uv = showing_postures(cell, limits, asked_views.pictures, count, random, focus, threads)
         q, uv = (np.vstack([shown, q]), _padded(uv, len(q))) if asked_views.has_points else (shown, uv)
     report("linearizing")
-    cell, kept = _planned(cell)
-    approach = {
-        (arm.name, joint): random.choice([-1.0, 1.0], len(q)) for arm in cell.arms for joint in approached(arm.robot)
-    }
-    pool = Readings(q, {}, "design", arms=_conditions(cell, q, approach))
+    cell, kept = planned_cell(cell)
+    approach = drawn_approaches(cell, len(q), random)
+    pool = Readings(q, {}, "design", arms=approach_conditions(cell, q, approach))
     points, kinds = asked_views.points, asked_views.kinds
     if points:
         pool = simulate_cell(cell, pool, points, noise_rotation=None if sigma_rotation is None else 0.0)
@@ -174,7 +172,7 @@ def design_cell(
             f"{count} postures do not identify all {len(free)} parameters: the others stay as the file has them"
         )
     names = [full_name(parameters[asked[i]]) for i in free]
-    covariance = np.linalg.inv(search.information(found.members)) * np.outer(sizes, sizes)
+    covariance: FloatArray = np.linalg.inv(search.information(found.members)) * np.outer(sizes, sizes)
     cameras, hidden = _cameras(cell, pool.pick(members), names, covariance)
     return CellDesign(
         q[members][order],
@@ -278,7 +276,7 @@ def _middles(cell: Cell, pool: Readings, camera: str) -> FloatArray:
     return np.concatenate(out)
 
 
-def _planned(cell: Cell) -> tuple[Cell, list[str]]:
+def planned_cell(cell: Cell) -> tuple[Cell, list[str]]:
     """The cell with the effects of its arms that postures vary, and a note on effects."""
     arms, out = [], list[str]()
     for arm in cell.arms:
@@ -295,7 +293,16 @@ def _planned(cell: Cell) -> tuple[Cell, list[str]]:
     return replace(cell, arms=tuple(arms)), notes
 
 
-def _conditions(cell: Cell, q: FloatArray, approach: Mapping[tuple[str, int], FloatArray]) -> dict[str, Dataset]:
+def drawn_approaches(cell: Cell, count: int, random: np.random.Generator) -> dict[tuple[str, int], FloatArray]:
+    """Of arms and numbers of joints whose side of approach matters, from which side each of the postures comes."""
+    return {
+        (arm.name, joint): random.choice([-1.0, 1.0], count) for arm in cell.arms for joint in approached(arm.robot)
+    }
+
+
+def approach_conditions(
+    cell: Cell, q: FloatArray, approach: Mapping[tuple[str, int], FloatArray]
+) -> dict[str, Dataset]:
     """Of the arms with joints whose side of approach matters, from which the postures q (N, n) come."""
     out = {}
     for branch in cell.core.branches:

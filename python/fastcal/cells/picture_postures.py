@@ -6,16 +6,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Arm, Cell
-from fastcal.design.views import FAR_MARGIN, FARTHEST, MARGIN, filling, seen_corners, view_of_board
+from fastcal.design.views import FAR_MARGIN, FARTHEST, MARGIN, filling, seen_corners, sent_to, view_of_board
 from fastcal.errors import InvalidInput
-from fastcal.ik.inverse_kinematics import inverse_kinematics
-from fastcal.ik.posture import unwound
 from fastcal.place import place_of
 from fastcal.robot import se3
 from fastcal.robot.core_model import pose
@@ -27,7 +26,6 @@ Focus = tuple[float, float] | None
 _VIEWS = 1500  # that are tried at a time
 _ROUNDS = 4
 _ENOUGH = 10  # times as many as are wanted
-_AROUND = 0.2  # of the ranges around their middle where the search for a posture begins
 _FREE = 6  # joints that bring a camera anywhere
 _DRAWN = 20  # times as many postures at random, where no arm can be sent to a view
 
@@ -84,9 +82,7 @@ def showing_postures(
             new = np.vstack(
                 [_sent(cell, eye, new[k :: len(eyes)], random, focus, fill, threads) for k, eye in enumerate(eyes)]
             )
-        here = _of_pairs(
-            cell, pairs, seen_corners(cell, len(new), lambda on, new=new: cell.frames_at(new, on), focus, margin)
-        )
+        here = _of_pairs(cell, pairs, seen_corners(cell, len(new), partial(cell.frames_at, new), focus, margin))
         shows = np.isfinite(here[..., 0]).any(axis=1)
         q, uv = np.vstack([q, new[shows]]), here[shows] if uv is None else np.vstack([uv, here[shows]])
         if len(q) >= _ENOUGH * count:
@@ -150,10 +146,7 @@ def _sent(
     wanted = T_ground_other @ T_other_own @ se3.inverse(pose(eye.own)) @ T_flange_tool
     own = robot.limits
     ranges = np.where(np.isfinite(own), own, np.array([-np.pi, np.pi]))
-    middle, width = ranges.mean(axis=1), np.ptp(ranges, axis=1)
-    seeds = middle + _AROUND * random.uniform(-1, 1, (len(q), len(ranges))) * width
-    found = inverse_kinematics(robot, wanted, seeds, restarts=4, tolerance_m=1e-4, tolerance_rad=1e-4, threads=threads)
-    reached = np.asarray(found.status) == "reached"
+    found, reached = sent_to(robot, wanted, ranges, random, threads)
     out = q[reached].copy()
-    out[:, joints] = unwound(found.q[reached], middle, ranges)
+    out[:, joints] = found[reached]
     return out

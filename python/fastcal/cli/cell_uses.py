@@ -4,14 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fastcal.cli.cells import refuse
 from fastcal.cli.console import emit, progress, say, warn
+
+if TYPE_CHECKING:
+    from fastcal.monitoring.differences import Difference
 
 
 def predict_cell(model: str, data: Path, output: Path, threads: int) -> None:
@@ -166,11 +169,22 @@ def compare_cells(first: str, second: str, output: Path | None, language: str, t
         sizes = each.found.at_tool.to_mm()
         said = f"{len(each.significant)} of {len(each.parameters)} numbers differ beyond noise"
         say(f"{each.way.name}: RMS {sizes['rms']:.4f} mm, at most {sizes['max']:.4f} mm; {said}")
-        for of in each.significant:
-            say(f"  {of.owner} {of.name}: {of.difference:+.4g} +- {of.std:.2g} {of.unit}")
+        _say_different(each.significant)
+    if (seen := found.seen) is not None:
+        for view, of in seen.views.items():
+            sizes = of.to_mm()
+            say(f"{view}: RMS {sizes['rms']:.4f} mm, at most {sizes['max']:.4f} mm")
+        significant, parameters = len(seen.significant), len(seen.parameters)
+        say(f"seen by sensors and cameras: {significant} of {parameters} numbers differ beyond noise")
+        _say_different(seen.significant)
     if output is not None:
         say(str(output / "report.html"))
     emit(found.to_json_dict())
+
+
+def _say_different(numbers: Sequence[Difference]) -> None:
+    for of in numbers:
+        say(f"  {of.owner} {of.name}: {of.difference:+.4g} +- {of.std:.2g} {of.unit}")
 
 
 def listed(text: str) -> list[str]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
@@ -58,7 +59,6 @@ def drawn_postures(
         ranges = joint_ranges(robot)
         return random.uniform(ranges[:, 0], ranges[:, 1], (_DRAWN * count, len(ranges)))
     ranges = joint_ranges(robot)
-    middle, width = ranges.mean(axis=1), np.ptp(ranges, axis=1)
     q = np.zeros((0, len(ranges)))
     for fill in FARTHEST[: 1 if focus else None]:
         wanted = []
@@ -70,14 +70,21 @@ def drawn_postures(
             T_world_other = frames_of(robot, np.zeros((1, robot.joint_count)), other["on"])[0] @ pose(other)
             T_other_own = T_board_camera if in_hand else se3.inverse(T_board_camera)
             wanted.append(T_world_other @ T_other_own @ se3.inverse(pose(own)) @ T_flange_tool)
-        seeds = middle + _AROUND * random.uniform(-1, 1, (count, len(ranges))) * width
-        found = inverse_kinematics(
-            robot, np.array(wanted), seeds, restarts=4, tolerance_m=1e-4, tolerance_rad=1e-4, threads=threads
-        )
-        q = np.vstack([q, found.q[np.asarray(found.status) == "reached"]])
+        new, reached = sent_to(robot, np.array(wanted), ranges, random, threads)
+        q = np.vstack([q, new[reached]])
         if len(q) >= _FEW * count:
             break
-    return unwound(q, middle, ranges)
+    return q
+
+
+def sent_to(
+    robot: Robot, wanted: FloatArray, ranges: FloatArray, random: np.random.Generator, threads: int
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(N, n) postures of tool poses (N, 4, 4), the search beginning around the ranges' middle; and (N,) if reached."""
+    middle, width = ranges.mean(axis=1), np.ptp(ranges, axis=1)
+    seeds = middle + _AROUND * random.uniform(-1, 1, (len(wanted), len(ranges))) * width
+    found = inverse_kinematics(robot, wanted, seeds, restarts=4, tolerance_m=1e-4, tolerance_rad=1e-4, threads=threads)
+    return unwound(found.q, middle, ranges), np.asarray(found.status) == "reached"
 
 
 def filling(camera: dict[str, Any], board: dict[str, Any], fill: float) -> tuple[float, float]:
