@@ -172,7 +172,7 @@ def design_cell(
             f"{count} postures do not identify all {len(free)} parameters: the others stay as the file has them"
         )
     names = [full_name(parameters[asked[i]]) for i in free]
-    covariance: FloatArray = np.linalg.inv(search.information(found.members)) * np.outer(sizes, sizes)
+    covariance = np.asarray(np.linalg.inv(search.information(found.members)) * np.outer(sizes, sizes), np.float64)
     cameras, hidden = _cameras(cell, pool.pick(members), names, covariance)
     return CellDesign(
         q[members][order],
