@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a cell's file knows beforehand, known distances and places within a sigma, held against what the readings say.
+"""What a cell's file knows beforehand, known distances and places, held against what the readings say.
 
 A fit without any of it finds z = f(theta) +- A V A^T of each number z that the file tells +- S, V the covariance of the
 parameters with what no reading shows as open as plausible. With d = told - found,
@@ -8,7 +8,8 @@ parameters with what no reading shows as open as plausible. With d = told - foun
     chi^2 = d^T (A V A^T + S)^-1 d
 
 is that of what all of it contradicts. As long as chance does not explain it, the distance or place that contradicts
-most is left out: it neither bends the fit nor takes readings for gross.
+most is left out: it neither bends the fit nor takes readings for gross. A place that the file calls fixed counts as
+known within SURE_MM and SURE_DEG: nobody places anything better, and less of an error does no harm.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from scipy.stats import chi2
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
-from fastcal.cells.asked import WEAK, asked_parameters
+from fastcal.cells.asked import WEAK, asked_parameters, priors
 from fastcal.cells.cell import Arm, Cell, Distance, Known, Point
 from fastcal.cells.fit import geometry_sizes, identified, there
 from fastcal.cells.readings import Readings, known_tables
@@ -37,6 +38,7 @@ from fastcal.units import from_si, to_si
 
 _CHANCE = 1e-6  # of what the readings leave open that the file contradicts them as much as it does
 _ALIKE = 9.0  # of chi square: what would explain nearly as much may be what is wrong
+SURE_MM, SURE_DEG = 0.1, 0.005
 _SIGMAS = ("sigma_mm", "sigma_deg")
 
 
@@ -91,8 +93,8 @@ def without_what_is_contradicted(
     measured = used.measured(start)
     theta = np.asarray(found.theta)
     kept = np.setdiff1d(np.arange(len(used)), found.outliers)
-    V = _covariance(start, used.pick(kept), asked, theta, list(found.common_noise), threads)
-    told = [*_distances(cell, start, used, theta, threads), *_places(cell, theta, asked, measured)]
+    V = _covariance(start, used.pick(kept), asked, theta, list(found.common_noise), sizes, threads)
+    told = [*_distances(cell, start, used, theta, threads), *_places(cell, start, theta, asked, measured)]
     wrong = _contradicted(told, V)
     model = there(start, measured, found)
     notes = [_sentence(of, others, V, cell, model) for of, others in wrong]
@@ -133,20 +135,16 @@ def found_distances(
 
 def _free(cell: Cell) -> Cell:
     """The cell with nothing known within a sigma; the same where nothing is."""
-
-    def loose(known: Known) -> bool:
-        return not known.fixed and (known.sigma_mm is not None or known.sigma_deg is not None)
-
-    rigs = (cell.cameras, cell.boards)
     members: list[Arm | Point] = [*cell.arms, *cell.points]
-    named = [("member", of.name) for of in members if loose(of.known)]
-    named += [("rig", name) for rig in rigs for name, of in rig.items() if _is_within(of)]
-    return _without(cell, cell.distances, [name for _, name in named]) if named or cell.distances else cell
+    named = [of.name for of in members if _is_told(of) and of.known != Known()]
+    rigs = (cell.cameras, cell.boards)
+    named += [name for rig in rigs for name, of in rig.items() if any(of.get(key) for key in (*_SIGMAS, "fixed"))]
+    return _without(cell, cell.distances, named) if named or cell.distances else cell
 
 
-def _is_within(entry: Spec) -> bool:
-    """Is the place of a camera or board known within a sigma?"""
-    return not entry.get("fixed") and any(key in entry for key in _SIGMAS)
+def _is_told(member: Arm | Point) -> bool:
+    """Is its place what the file says, and not where a URDF forks, which the first joint's own origin says?"""
+    return not isinstance(member, Arm) or member.on == "world" or member.robot.kinematics != "urdf"
 
 
 def _released(cell: Cell, wrong: Sequence[Told]) -> Cell:
@@ -159,7 +157,7 @@ def _without(cell: Cell, distances: Sequence[Distance], names: Collection[str]) 
 
     def rig(members: Mapping[str, Spec]) -> dict[str, Spec]:
         return {
-            name: {key: value for key, value in of.items() if name not in names or key not in _SIGMAS}
+            name: {key: value for key, value in of.items() if name not in names or key not in (*_SIGMAS, "fixed")}
             for name, of in members.items()
         }
 
@@ -174,14 +172,21 @@ def _without(cell: Cell, distances: Sequence[Distance], names: Collection[str]) 
 
 
 def _covariance(
-    cell: Cell, readings: Readings, asked: Sequence[int], theta: FloatArray, noise: list[float], threads: int
+    cell: Cell,
+    readings: Readings,
+    asked: list[int],
+    theta: FloatArray,
+    noise: list[float],
+    sizes: float | None,
+    threads: int,
 ) -> FloatArray:
-    """(T, T) of the parameters and unknowns, what no reading shows within WEAK plausible sizes."""
+    """(T, T) of the parameters and unknowns, what no reading shows within WEAK plausible sizes; geometry as held."""
     measured = readings.measured(cell)
     near = _core.linearize(cell.model, readings.samples(cell), measured, theta, noise, threads)
     parameters = [*cell.model.parameters, *measured.parameters]
     own = [*asked, *range(len(cell.model.parameters), len(parameters))]
-    size = np.array([parameters[i].sigma for i in own])
+    open_to = np.where(priors(cell, asked, measured.parameters, sizes).geometry, sizes or WEAK, WEAK)
+    size = np.array([parameters[i].sigma for i in own]) * open_to[own] / WEAK
     J = np.asarray(near.J)[:, own] * size
     out = np.zeros((len(parameters), len(parameters)))
     out[np.ix_(own, own)] = np.linalg.inv(J.T @ J + np.eye(len(own)) / WEAK**2) * np.outer(size, size)
@@ -204,26 +209,50 @@ def _distances(cell: Cell, at: Cell, readings: Readings, theta: FloatArray, thre
         yield Told(known, A, np.array([-each * r.mean()]), np.array([sigma]))
 
 
-def _places(cell: Cell, theta: FloatArray, asked: Sequence[int], measured: _core.Measurements) -> Iterator[Told]:
-    """The places that the file knows within a sigma."""
-    start, count = np.asarray(cell.model.start), len(cell.model.start)
+def _places(
+    cell: Cell, start: Cell, theta: FloatArray, asked: Sequence[int], measured: _core.Measurements
+) -> Iterator[Told]:
+    """The places that the file knows; turns as parameters of the cell `start` count from where that stands."""
+    count, off = len(cell.model.start), np.zeros(len(theta))
+    told, found = (
+        cell.core.placements(np.asarray(cell.core.nominal)),
+        start.core.placements(theta[: len(start.core.nominal)]),
+    )
+    for branch, A, B in zip(cell.core.branches, told, found, strict=True):
+        first = branch.first_parameter
+        off[first : first + 3] = A[:3, 3] - B[:3, 3]
+        off[first + 3 : first + 6] = np.asarray(_core.log_so3(B[:3, :3].T @ A[:3, :3]))
     kinds = {**{of.name: "arm" for of in cell.arms}, **{of.name: of.role for of in cell.points}}
     within = np.full(len(theta), np.inf)
     for branch in cell.core.branches:
-        known, first = cell.known(branch.name), branch.first_parameter
+        known, first = _within(cell.known(branch.name)), branch.first_parameter
         own = [i for i in range(first, first + len(PLACEMENT)) if i in asked]
         within[first : first + 3] = np.inf if known.sigma_mm is None else to_si(known.sigma_mm, "mm")
         within[first + 3 : first + 6] = np.inf if known.sigma_deg is None else to_si(known.sigma_deg, "deg")
         if at := [i for i in own if np.isfinite(within[i])]:
             of = (kinds[branch.name], branch.name)
-            yield Told(of, np.eye(len(theta))[at], (start - theta[:count])[at], within[at])
-    known_here = known_within(cell, measured.parameters)
+            yield Told(of, np.eye(len(theta))[at], off[at], within[at])
+    known_here = known_within(_sure(cell), measured.parameters)
     for owner in dict.fromkeys(of.owner for of in measured.parameters):
         at = [k for k, of in enumerate(measured.parameters) if of.owner == owner and np.isfinite(known_here[k])]
         if at:
             kind, _, name = owner.partition(" ")
             all_at = [count + k for k in at]
             yield Told((kind, name), np.eye(len(theta))[all_at], -theta[all_at], known_here[at])
+
+
+def _within(known: Known) -> Known:
+    return Known(sigma_mm=SURE_MM, sigma_deg=SURE_DEG) if known.fixed else known
+
+
+def _sure(cell: Cell) -> Cell:
+    """The cell whose fixed cameras and boards are known within SURE_MM and SURE_DEG."""
+
+    def rig(members: Mapping[str, Spec]) -> dict[str, Spec]:
+        sure = {"sigma_mm": SURE_MM, "sigma_deg": SURE_DEG}
+        return {name: {**of, **sure} if of.get("fixed") else of for name, of in members.items()}
+
+    return replace(cell, cameras=rig(cell.cameras), boards=rig(cell.boards))
 
 
 def _contradicted(told: Sequence[Told], V: FloatArray) -> list[tuple[Told, list[Told]]]:
