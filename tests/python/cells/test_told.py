@@ -184,14 +184,23 @@ def test_a_fixed_board_that_is_wrong_is_named(tmp_path: Path) -> None:
     assert "fixed" not in found.cell.boards["plate"]
 
 
-def test_a_turn_that_is_known_right_is_not_contradicted(tmp_path: Path) -> None:
-    """It was told from where the closed form had put the member, and not from where the file has it."""
-    cell = load_cell(written(tmp_path, content()))
-    true = disturbed(cell, 2)
-    readings = simulate_cell(true, postures(cell, 60, 1), ["tag:camera"], noise=1e-3, noise_rotation=1e-3, seed=1)
-    points = tuple(
-        replace(of, known=Known(sigma_mm=1.0, sigma_deg=0.1)) if of.name == "camera" else of for of in true.points
-    )
-    found = calibrate_cell(replace(cell, points=points), readings)
-    assert not [note for note in found.notes if "the file knows the place" in note]
-    assert found.cell.known("camera") == Known(sigma_mm=1.0, sigma_deg=0.1)
+def test_a_turn_that_is_told_wrong_is_named(tmp_path: Path) -> None:
+    """It was told from where the closed form had put the member, which is right, and not from where the file has it."""
+    arms = {"left": {"robot": "ur5", "fixed": True}, "right": {"robot": "ur10", "xyz_mm": [0, -900, 0], "fixed": True}}
+    sensors = {"camera": {"on": "world", "xyz_mm": [1000.0, 0.0, 300.0], "rpy_deg": [0.0, 90.0, 0.0]}}
+    cell = load_cell(written(tmp_path, content(arms=arms, sensors=sensors)))
+    views = ["smr:camera", "tag:camera"]
+    readings = simulate_cell(cell, postures(cell, 40, 1), views, noise=NOISE, noise_rotation=NOISE, seed=1)
+
+    def told(turn_deg: float) -> list[str]:
+        camera = next(of for of in cell.points if of.name == "camera")
+        place = {**camera.place, "rpy_deg": [turn_deg, 90.0, 0.0]}
+        camera = replace(camera, known=Known(sigma_deg=0.02), place=place)
+        points = tuple(camera if of.name == "camera" else of for of in cell.points)
+        found = calibrate_cell(replace(cell, points=points), readings)
+        return [note for note in found.notes if "the file knows the place" in note]
+
+    assert told(0.0) == []
+    (note,) = told(0.5)
+    assert note.startswith("camera: the file knows")
+    assert "0.500 deg from it" in note
