@@ -2,27 +2,20 @@
 # SPDX-License-Identifier: MIT
 """What a cell's file knows beforehand, known distances and places, held against what the readings say.
 
-A fit without any of it finds z = f(theta) +- A V A^T of each number z that the file tells +- S, V the covariance of the
-parameters with what no reading shows as open as plausible. With d = told - found,
-
-    chi^2 = d^T (A V A^T + S)^-1 d
-
-is that of what all of it contradicts. As long as chance does not explain it, the distance or place that contradicts
-most is left out: it neither bends the fit nor takes readings for gross. A place that the file calls fixed counts as
-known within SURE_MM and SURE_DEG: nobody places anything better, and less of an error does no harm.
+As `contradicted` has it: what the readings contradict neither bends the fit nor takes readings for gross.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
+from fastcal.calibration.contradicted import SURE_DEG, SURE_MM, Told, contradicted, or_others, place_sentence
 from fastcal.cells.asked import WEAK, asked_parameters, priors
 from fastcal.cells.cell import Arm, Cell, Distance, Known, Point
 from fastcal.cells.fit import geometry_sizes, identified, there
@@ -33,35 +26,10 @@ from fastcal.errors import FastcalError
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import PLACEMENT, known_within
 from fastcal.robot.robot_spec import Spec, frame_spec
-from fastcal.said import joined, said
+from fastcal.said import said
 from fastcal.units import from_si, to_si
 
-_CHANCE = 1e-6  # of what the readings leave open that the file contradicts them as much as it does
-_ALIKE = 9.0  # of chi square: what would explain nearly as much may be what is wrong
-SURE_MM, SURE_DEG = 0.1, 0.005
 _SIGMAS = ("sigma_mm", "sigma_deg")
-
-
-@dataclass(frozen=True, eq=False)
-class Told:
-    """A distance or place that the file knows.
-
-    Attributes:
-        of: The distance, or the kind and name of the member: arm, point, camera or board.
-        A: (k, T) derivatives of its numbers by the parameters and unknowns.
-        off: (k,) told less found [m, rad].
-        sigma: (k,) of what is told.
-    """
-
-    of: Distance | tuple[str, str]
-    A: FloatArray
-    off: FloatArray
-    sigma: FloatArray
-
-    @property
-    def label(self) -> str:
-        """What it is called."""
-        return f"{self.of.start} - {self.of.end}" if isinstance(self.of, Distance) else self.of[1]
 
 
 def without_what_is_contradicted(
@@ -95,7 +63,7 @@ def without_what_is_contradicted(
     kept = np.setdiff1d(np.arange(len(used)), found.outliers)
     V = _covariance(start, used.pick(kept), asked, theta, list(found.common_noise), sizes, threads)
     told = [*_distances(cell, start, used, theta, threads), *_places(cell, start, theta, asked, measured)]
-    wrong = _contradicted(told, V)
+    wrong = contradicted(told, V)
     model = there(start, measured, found)
     notes = [_sentence(of, others, V, cell, model) for of, others in wrong]
     return _released(cell, [of for of, _ in wrong]), notes
@@ -206,7 +174,7 @@ def _distances(cell: Cell, at: Cell, readings: Readings, theta: FloatArray, thre
         each = sigma * np.sqrt(len(r))
         A = np.zeros((1, len(theta)))
         A[0, : len(own)] = each * J.mean(axis=0)
-        yield Told(known, A, np.array([-each * r.mean()]), np.array([sigma]))
+        yield Told(known, f"{known.start} - {known.end}", A, np.array([-each * r.mean()]), np.array([sigma]))
 
 
 def _places(
@@ -231,14 +199,14 @@ def _places(
         within[first + 3 : first + 6] = np.inf if known.sigma_deg is None else to_si(known.sigma_deg, "deg")
         if at := [i for i in own if np.isfinite(within[i])]:
             of = (kinds[branch.name], branch.name)
-            yield Told(of, np.eye(len(theta))[at], off[at], within[at])
+            yield Told(of, branch.name, np.eye(len(theta))[at], off[at], within[at])
     known_here = known_within(_sure(cell), measured.parameters)
     for owner in dict.fromkeys(of.owner for of in measured.parameters):
         at = [k for k, of in enumerate(measured.parameters) if of.owner == owner and np.isfinite(known_here[k])]
         if at:
             kind, _, name = owner.partition(" ")
             all_at = [count + k for k in at]
-            yield Told((kind, name), np.eye(len(theta))[all_at], -theta[all_at], known_here[at])
+            yield Told((kind, name), name, np.eye(len(theta))[all_at], -theta[all_at], known_here[at])
 
 
 def _within(known: Known) -> Known:
@@ -253,29 +221,6 @@ def _sure(cell: Cell) -> Cell:
         return {name: {**of, **sure} if of.get("fixed") else of for name, of in members.items()}
 
     return replace(cell, cameras=rig(cell.cameras), boards=rig(cell.boards))
-
-
-def _contradicted(told: Sequence[Told], V: FloatArray) -> list[tuple[Told, list[Told]]]:
-    """What the readings and the rest of it contradict, each with what may be wrong in its place."""
-
-    def misfit(left: Sequence[Told]) -> tuple[float, int]:
-        if not left:
-            return 0.0, 0
-        A, d = np.vstack([of.A for of in left]), np.concatenate([of.off for of in left])
-        S = A @ V @ A.T + np.diag(np.concatenate([of.sigma for of in left]) ** 2)
-        return float(d @ np.linalg.solve(S, d)), len(d)
-
-    left, out = list(told), list[tuple[Told, list[Told]]]()
-    while left:
-        whole, count = misfit(left)
-        if chi2.sf(whole, count) > _CHANCE:
-            break
-        gain = [whole - misfit([of for of in left if of is not one])[0] - len(one.off) for one in left]
-        worst = int(np.argmax(gain))
-        alike = [of for of, own in zip(left, gain, strict=True) if of is not left[worst] and own > gain[worst] - _ALIKE]
-        out.append((left[worst], alike))
-        left.pop(worst)
-    return out
 
 
 def _sentence(of: Told, others: Sequence[Told], V: FloatArray, cell: Cell, model: Cell) -> str:
@@ -295,20 +240,8 @@ def _sentence(of: Told, others: Sequence[Told], V: FloatArray, cell: Cell, model
     else:
         kind, name = of.of
         before, after = _place_of(cell, kind, name), _place_of(model, kind, name)
-        X = np.linalg.inv(pose(before)) @ pose(after)
-        angle = from_si(float(np.linalg.norm(np.asarray(_core.log_so3(X[:3, :3])))), "deg")
-        text = said(
-            "{name}: the file knows the place {told} mm, the readings say {found} mm, {off} mm and {turn} deg from it: "
-            "what the file knows of it is not used",
-            name=name,
-            told=_xyz(before),
-            found=_xyz(after),
-            off=f"{from_si(float(np.linalg.norm(X[:3, 3])), 'mm'):.3f}",
-            turn=f"{angle:.3f}",
-        )
-    if not others:
-        return text
-    return said("{text} (or it is {others} that is wrong)", text=text, others=joined(", ", [o.label for o in others]))
+        text = place_sentence(name, before, after)
+    return or_others(text, others)
 
 
 def _place_of(cell: Cell, kind: str, name: str) -> Spec:
@@ -318,7 +251,3 @@ def _place_of(cell: Cell, kind: str, name: str) -> Spec:
         entry = (cell.cameras if kind == "camera" else cell.boards)[name]
         return {"xyz_mm": entry["xyz_mm"], "rpy_deg": entry["rpy_deg"]}
     return frame_spec(pose(next(of.place for of in cell.points if of.name == name)))
-
-
-def _xyz(place: Spec) -> str:
-    return " ".join(f"{value:.3f}" for value in place["xyz_mm"])
