@@ -43,6 +43,7 @@ from fastcal.units import factor, from_si
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
+_NO_NOISE = 1e-9  # [m, rad, px] of readings that are exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +192,7 @@ def calibrate_cell(
         as_written = to_written(start, theta, model)
         freedom = found.degrees_of_freedom
         record = cell_record(solution, measured, found.parameters[:count], kinds, freedom, as_written)
-        noise_there = list(found.common_noise)
+        noise_there = [of or _NO_NOISE for of in found.common_noise]
         near = _core.linearize(start.model, used.samples(start), measured, theta, noise_there, threads)
         unseen, directions = cell_directions(found, theta, near, measured, as_written)
         model = replace(model, record=replace(record, moved=unseen, directions=directions).to_spec())
