@@ -85,7 +85,12 @@ class _Points:
 
 
 def compare_seen(first: Cell, second: Cell, *, threads: int = 1) -> SeenComparison | None:
-    """Compares two models of one cell in all that its sensors and cameras see; None where they see nothing of it."""
+    """Compares two models of one cell in all that its sensors and cameras see.
+
+    None where they see nothing of it, or where the two have other joints.
+    """
+    if first.joint_columns != second.joint_columns or first.joint_types != second.joint_types:
+        return None
     views = [view for view in all_views(first) if view in all_views(second)]
     notes = list[str]()
     records = [CalibrationRecord.from_spec(cell.record) for cell in (first, second)]

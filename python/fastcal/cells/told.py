@@ -102,7 +102,7 @@ def found_distances(
 
 
 def _free(cell: Cell) -> Cell:
-    """The cell with nothing known within a sigma; the same where nothing is."""
+    """The cell with no place or distance known beforehand; the same where none is."""
     members: list[Arm | Point] = [*cell.arms, *cell.points]
     named = [of.name for of in members if _is_told(of) and of.known != Known()]
     rigs = (cell.cameras, cell.boards)

@@ -4,6 +4,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -155,3 +156,11 @@ def test_a_camera_that_moved_is_found_between_two_models(
     assert "camera wrist x_mm: +3 +- 0.0" in capsys.readouterr().out
     assert json.loads((out / "compare.json").read_text())["seen"]["views"]["plate:wrist"]["rms"] > 2
     assert "Von Sensoren und Kameras gesehen" in (out / "report.html").read_text()
+
+
+def test_cells_of_other_joints_are_not_compared(tmp_path: Path) -> None:
+    one = load_cell(about_there(tmp_path))
+    other = replace(one, arms=tuple(arm for arm in one.arms if arm.name != "table"), boards={})
+    board = {**one.boards["plate"], "on": "world"}
+    with pytest.raises(InvalidInput, match="expected two models of one cell"):
+        compare_cells(one, replace(other, boards={"plate": board}))
