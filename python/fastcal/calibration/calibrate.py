@@ -31,6 +31,7 @@ from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.kind_noise import noise_record
 from fastcal.calibration.known_lengths import known_lengths, length_notes
+from fastcal.calibration.known_rig import without_contradicted_places
 from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.long_rows import covered_by_all, judged_on_all, long_notes, shown
 from fastcal.calibration.nominal_arm import nominal_arm
@@ -166,10 +167,9 @@ def calibrate(
     suspected = [*check_postures(data, parameters), *check_pictures(looked, as_read=as_read)]
     suspected += check_columns(robot, data, as_read=as_read) if checks else []
     report(said("aligning base and tool"))
-    prepared = partial(
+    prepared_of = partial(
         prepare,
-        robot,
-        data,
+        data=data,
         effects=effects,
         parameters=parameters,
         equilibrium=equilibrium,
@@ -177,6 +177,8 @@ def calibrate(
         threads=threads,
         long=long,
     )
+    robot, against = without_contradicted_places(robot, data, prepared_of, looks=checks and long is None)
+    prepared = partial(prepared_of, robot)
     problem = prepared()
 
     report(said("identifying"))
@@ -274,6 +276,7 @@ def calibrate(
             *seen.caveats,
             *looked.notes,
             *of_lens,
+            *against,
             *([] if shape is None else [shape.note]),
             *doubts,
             *(outlier_notes(result_model, data, found.outliers, train.kinds[CORNERS]) if cameras else []),

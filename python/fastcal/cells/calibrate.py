@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
-from fastcal.calibration.data_notes import unseen_directions
 from fastcal.calibration.inspection import check_columns
 from fastcal.calibration.kind_errors import KindErrors
 from fastcal.calibration.kind_noise import noise_record, scaled
@@ -26,10 +25,11 @@ from fastcal.cells.errors import kind_errors, kinds_json, view_errors
 from fastcal.cells.evidence import SharedNoise
 from fastcal.cells.fit import Fit, never_worse
 from fastcal.cells.misfit import check_cell_fit
+from fastcal.cells.motions import to_written
 from fastcal.cells.paths import serial_ways
 from fastcal.cells.placements import Placement, placements
 from fastcal.cells.readings import Readings
-from fastcal.cells.records import JOINTS, cell_record, way_records
+from fastcal.cells.records import JOINTS, cell_directions, cell_record, way_records
 from fastcal.cells.rig_start import judged_readings, rig_start
 from fastcal.cells.start import started
 from fastcal.cells.told import found_distances, without_what_is_contradicted
@@ -43,6 +43,7 @@ from fastcal.units import factor, from_si
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
+_NO_NOISE = 1e-9  # [m, rad, px] of readings that are exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,8 +188,13 @@ def calibrate_cell(
     if found.status == "converged":
         count = len(start.model.start)
         kinds = record_of(noise, shared)
-        record = cell_record(solution, measured, found.parameters[:count], kinds, found.degrees_of_freedom)
-        unseen, directions = unseen_directions(found, names[:count])
+        theta = np.asarray(solution.theta)
+        as_written = to_written(start, theta, model)
+        freedom = found.degrees_of_freedom
+        record = cell_record(solution, measured, found.parameters[:count], kinds, freedom, as_written)
+        noise_there = [of or _NO_NOISE for of in found.common_noise]
+        near = _core.linearize(start.model, used.samples(start), measured, theta, noise_there, threads)
+        unseen, directions = cell_directions(found, theta, near, measured, as_written)
         model = replace(model, record=replace(record, moved=unseen, directions=directions).to_spec())
     lengths = _touched_lengths(given, solution, measured)
     readings = replace(readings, notes=(*readings.notes, *length_notes([of.entry for of in given.touched], lengths)))

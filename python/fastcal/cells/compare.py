@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Two calibrated models of one cell: which numbers of its arms differ, and by how much at its targets.
 
-Each way from the world to a target that both have is compared as one arm, base and target aligned.
+Each way from the world to a target that both have is compared as one arm, base and target aligned; what sensors and
+cameras see, as they see it.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import Any
 
 from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
+from fastcal.cells.compare_seen import SeenComparison, compare_seen
 from fastcal.cells.paths import Way
 from fastcal.errors import InvalidInput
 from fastcal.monitoring.compare import Comparison, compare
@@ -52,17 +54,25 @@ class CellComparison:
     first: Cell
     second: Cell
     ways: list[WayComparison]
+    seen: SeenComparison | None = None
+
+    @property
+    def significant(self) -> list[Difference]:
+        """All numbers that differ beyond noise."""
+        return [of for each in self.ways for of in each.significant] + (self.seen.significant if self.seen else [])
 
     @property
     def notes(self) -> list[str]:
         """What a reader should know, a sentence each."""
-        return [f"{each.way.name}: {each.way.words(note)}" for each in self.ways for note in each.found.notes]
+        ways = [f"{each.way.name}: {each.way.words(note)}" for each in self.ways for note in each.found.notes]
+        return [*ways, *(self.seen.notes if self.seen else [])]
 
     def to_json_dict(self) -> dict[str, Any]:
         """The content of compare.json."""
         return {
             "models": [{"cell": cell.name} for cell in (self.first, self.second)],
             "ways": {each.way.name: each.to_json_dict() for each in self.ways},
+            **({} if self.seen is None else {"seen": self.seen.to_json_dict()}),
         }
 
 
@@ -70,15 +80,18 @@ def compare_cells(first: Cell, second: Cell, *, threads: int = 1) -> CellCompari
     """Compares two models of one cell.
 
     Raises:
-        InvalidInput: They have no target on an arm's flange in common, or other arms carry one.
+        InvalidInput: They have nothing in common that is read, or other arms carry a target.
     """
-    ways = [possible_ways(cell, [of.name for of in cell.points]) for cell in (first, second)]
+    seen = compare_seen(first, second, threads=threads)
+    ways = [possible_ways(cell, [of.name for of in cell.points if of.role == "target"]) for cell in (first, second)]
     others = {way.name: way for way in ways[1]}
     both = [(way, others[way.name]) for way in ways[0] if way.name in others]
-    if not both:
+    if seen is not None:  # then what no instrument on the world read is not looked at from there
+        both = [(way, other) for way, other in both if way.record is not None and other.record is not None]
+    if not both and seen is None:
         raise InvalidInput(
-            f"{first.name} and {second.name} have no target on an arm's flange in common; expected two models of one "
-            "cell"
+            f"{first.name} and {second.name} have no target on an arm's flange in common, nor a target and a sensor, "
+            "or a board and a camera; expected two models of one cell"
         )
     found = []
     for way, other in both:
@@ -89,4 +102,4 @@ def compare_cells(first: Cell, second: Cell, *, threads: int = 1) -> CellCompari
                 f"{second.name}; expected two models of one cell"
             )
         found.append(WayComparison(way, compare(way.robot, other.robot, threads=threads)))
-    return CellComparison(first, second, found)
+    return CellComparison(first, second, found, seen)

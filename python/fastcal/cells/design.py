@@ -9,19 +9,23 @@ they can show, in plausible sizes; the search is the same.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
+from fastcal.calibration.camera_places import CameraPlace, camera_place
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.asked import asked_parameters
 from fastcal.cells.cell import Cell
+from fastcal.cells.picture_postures import showing_postures
 from fastcal.cells.readings import Readings
-from fastcal.cells.simulate import known_views, simulate_cell
+from fastcal.cells.simulate import known_views, simulate_cell, view_poses
+from fastcal.cells.view_points import with_rig_as_points
 from fastcal.design.linear import KNOWN_TO
 from fastcal.design.observability import observability_indices
+from fastcal.design.pictures import SIGMA_PX
 from fastcal.design.planned import approached, unvaried
 from fastcal.design.poses import SIGMA
 from fastcal.design.search import Search
@@ -29,9 +33,14 @@ from fastcal.effects.entries import full_name, label
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.observations import tables_of
+from fastcal.robot.calibration_record import CalibrationRecord
+from fastcal.robot.rig import PLACEMENT, board_corners, has_rig, pictures
+from fastcal.said import said
 
 _CANDIDATES = 4000
 _SAMPLE = 1000  # candidates by which the gauge is chosen
+_SURE = 10**6  # degrees of freedom of a noise that is taken as known
+_RANK = 1e-9  # of the largest singular value: less of a direction is rounding
 _REACH = {"revolute": np.pi, "prismatic": 1.0}  # of a joint whose file gives no limits: either way [rad, m]
 
 
@@ -43,17 +52,19 @@ class CellDesign:
         q: (N, n) joint positions in the order of the tree [rad, m].
         approach: Of arms and numbers of joints, from 0, that backlash or friction asks for: (N,) from which side.
         views: What is to be read in each.
-        sigma: Standard deviation of a predicted coordinate then, root of the mean square over the candidates [m].
+        sigma: Standard deviation of a predicted coordinate then, root of the mean square over the candidates [m]; None
+            where pictures alone are taken.
         parameters: Names of what the postures identify.
         deviations: (P,) their predicted standard deviations, SI.
         observability: O1 to O5.
         efficiency: Share of the best possible O1 that is surely reached; None: not known.
+        cameras: How surely the place of each camera is known then; of those whose place the postures show.
     """
 
     q: FloatArray
     approach: dict[tuple[str, int], FloatArray]
     views: list[str]
-    sigma: float
+    sigma: float | None
     parameters: list[str]
     deviations: FloatArray
     unidentifiable: list[str]
@@ -61,6 +72,7 @@ class CellDesign:
     efficiency: float | None
     candidate_count: int
     notes: list[str]
+    cameras: list[CameraPlace] = field(default_factory=list)
 
 
 def design_cell(
@@ -70,6 +82,8 @@ def design_cell(
     *,
     sigma: float = SIGMA,
     sigma_rotation: float | None = None,
+    sigma_px: float | None = None,
+    focus: tuple[float, float] | None = None,
     candidate_count: int = _CANDIDATES,
     restarts: int = 0,
     seed: int = 0,
@@ -82,10 +96,12 @@ def design_cell(
         cell: With its members about where they are. Its arms' effects stay as they are; those that look at what no
             posture varies, as of heat, are left out.
         count: How many.
-        views: What is read; none: all targets from the world. Beside points, KIND@TARGET or KIND@TARGET:SENSOR of
-            another kind of the registry.
+        views: What is read; none: all targets from the world, and pictures of all boards. Beside points, BOARD:CAMERA
+            of pictures, KIND@TARGET or KIND@TARGET:SENSOR of another kind of the registry.
         sigma: Standard deviation of a read coordinate [m].
         sigma_rotation: Of an orientation about each axis [rad]; None: none is read.
+        sigma_px: Of a corner's coordinate in a picture; None: that of the cell's calibration, or 0.2 px.
+        focus: Least and greatest distance of a board's middle from a camera [m]; None: as the picture's size wants it.
         candidate_count: Postures to choose from.
         restarts: Further searches from random designs.
         seed: The same seed gives the same postures.
@@ -104,25 +120,28 @@ def design_cell(
         raise InvalidInput(f"count must be between 1 and the {candidate_count} candidates, got {count}")
     random = np.random.default_rng(seed)
     limits = joint_limits(cell)
+    asked_views = _Views.of(cell, views)
     q = random.uniform(limits[:, 0], limits[:, 1], (candidate_count, len(limits)))
+    uv = None
+    if asked_views.pictures:
+        report("looking for views")
+        shown, uv = showing_postures(cell, limits, asked_views.pictures, count, random, focus, threads)
+        q, uv = (np.vstack([shown, q]), _padded(uv, len(q))) if asked_views.has_points else (shown, uv)
     report("linearizing")
-    kinds = [view for view in views if "@" in view]
-    is_of_points = len(kinds) < len(views) or not views
-    points = known_views(cell, [view for view in views if "@" not in view]) if is_of_points else []
-    cell, kept = _planned(cell)
-    approach = {
-        (arm.name, joint): random.choice([-1.0, 1.0], candidate_count)
-        for arm in cell.arms
-        for joint in approached(arm.robot)
-    }
-    pool = Readings(q, {}, "design", arms=_conditions(cell, q, approach))
+    cell, kept = planned_cell(cell)
+    approach = drawn_approaches(cell, len(q), random)
+    pool = Readings(q, {}, "design", arms=approach_conditions(cell, q, approach))
+    points, kinds = asked_views.points, asked_views.kinds
     if points:
         pool = simulate_cell(cell, pool, points, noise_rotation=None if sigma_rotation is None else 0.0)
     pool = replace(pool, tables={**pool.tables, **_read_of(cell, kinds, len(q))})
+    if uv is not None:
+        pool = replace(pool, tables={**pool.tables, CORNERS: np.ascontiguousarray(uv.reshape(len(q), -1))})
     unknowns = pool.measured(cell).parameters
     parameters = [*cell.model.parameters, *unknowns]
     asked = [*asked_parameters(cell, pool), *range(len(parameters) - len(unknowns), len(parameters))]
-    J, of_points = _rows(cell, pool, asked, sigma, sigma_rotation, threads)
+    noise_px = sigma_px or _corner_noise(cell) or SIGMA_PX
+    J, of_points = _rows(cell, pool, asked, (sigma, sigma_rotation, noise_px), threads)
     k = len(J) // len(q)
     some = _core.draw_design(len(q), min(_SAMPLE, len(q)), seed)
     R = np.asarray(
@@ -134,7 +153,7 @@ def design_cell(
         raise InvalidInput("nothing of the cell is identifiable from these readings")
     rows, free = np.ascontiguousarray(J[:, free]), list(free)
     known = np.eye(len(free)) / KNOWN_TO**2
-    B = rows[of_points].T @ rows[of_points] * sigma**2 / max(of_points.sum(), 1)
+    B = of_points[:, free].T @ of_points[:, free] * sigma**2 / max(len(of_points), 1)
     report(f"choosing {count} of {len(q)} postures")
     search = Search(_core.Candidates(rows, k), "O1", known, B, restarts=restarts, seed=seed, threads=threads)
     found = search.run(count)
@@ -152,22 +171,112 @@ def design_cell(
         notes.append(
             f"{count} postures do not identify all {len(free)} parameters: the others stay as the file has them"
         )
+    names = [full_name(parameters[asked[i]]) for i in free]
+    covariance = np.asarray(np.linalg.inv(search.information(found.members)) * np.outer(sizes, sizes), np.float64)
+    cameras, hidden = _cameras(cell, pool.pick(members), names, covariance)
     return CellDesign(
         q[members][order],
         {joint: side[members][order] for joint, side in approach.items()},
-        [*points, *kinds],
-        float(np.sqrt(search.variance(found.members))),
-        [full_name(parameters[asked[i]]) for i in free],
-        sizes * np.sqrt(np.diag(np.linalg.inv(search.information(found.members)))),
+        asked_views.names,
+        float(np.sqrt(search.variance(found.members))) if len(of_points) else None,
+        names,
+        np.sqrt(np.diag(covariance)),
         list(unseen),
         indices,
         None if indices["O1"] == 0 else found.efficiency,
         len(q),
-        notes,
+        [*notes, *hidden],
+        cameras,
     )
 
 
-def _planned(cell: Cell) -> tuple[Cell, list[str]]:
+@dataclass(frozen=True)
+class _Views:
+    """What is to be read: points and poses, other kinds of readings, and (board, camera) of pictures."""
+
+    points: list[str]
+    kinds: list[str]
+    pictures: list[tuple[str, str]]
+
+    @staticmethod
+    def of(cell: Cell, views: Sequence[str]) -> _Views:
+        """InvalidInput: one is of what the cell does not have, or it has nothing to read."""
+        pairs = {f"{board}:{camera}": (board, camera) for camera, board in pictures(cell)} if has_rig(cell) else {}
+        if not views and pairs:
+            targets = [of.name for of in cell.points if of.role == "target"]
+            return _Views(targets, [], list(pairs.values()))
+        for view in views:
+            ends = set(view.split(":", 1))
+            if view not in pairs and pairs and ends & {*cell.boards, *cell.cameras}:
+                raise InvalidInput(f"'{view:.60}' is no picture of the cell; there are {', '.join(pairs)}")
+        kinds = [view for view in views if "@" in view]
+        points = [view for view in views if "@" not in view and view not in pairs]
+        is_of_points = len(points) > 0 or not views
+        return _Views(
+            known_views(cell, points) if is_of_points else [], kinds, [pairs[view] for view in views if view in pairs]
+        )
+
+    @property
+    def has_points(self) -> bool:
+        """Is anything read but pictures?"""
+        return bool(self.points or self.kinds)
+
+    @property
+    def names(self) -> list[str]:
+        """As they were asked for."""
+        return [*self.points, *self.kinds, *(f"{board}:{camera}" for board, camera in self.pictures)]
+
+
+def _padded(uv: FloatArray, count: int) -> FloatArray:
+    """Pictures (N, K, 2), and nothing seen in `count` further postures."""
+    return np.concatenate([uv, np.full((count, *uv.shape[1:]), np.nan)])
+
+
+def _corner_noise(cell: Cell) -> float | None:
+    """[px] of the calibration."""
+    record = CalibrationRecord.from_spec(cell.record)
+    return None if record is None else record.sigma(CORNERS)
+
+
+def _cameras(
+    cell: Cell, pool: Readings, names: list[str], covariance: FloatArray
+) -> tuple[list[CameraPlace], list[str]]:
+    """Of each camera that sees a board in the pool how surely it is placed; and a note on those that it does not place.
+
+    Args:
+        cell: The tree.
+        pool: The postures that were chosen.
+        names: What they identify.
+        covariance: (P, P) of it, SI.
+    """
+    uv = pool.tables.get(CORNERS)
+    out, notes, at = list[CameraPlace](), list[str](), {name: i for i, name in enumerate(names)}
+    for camera, entry in cell.cameras.items() if uv is not None else ():
+        middles = _middles(cell, pool, camera)
+        six = [at[name] for axis in PLACEMENT if (name := f"camera {camera} {axis}") in at]
+        if entry.get("fixed") or not len(middles):
+            continue
+        if len(six) < len(PLACEMENT):
+            notes.append(said("camera {name}: pictures from these postures do not show all of its place", name=camera))
+            continue
+        with_arm = any(not name.startswith(("camera ", "board ")) for name in names)
+        C = covariance[np.ix_(six, six)]
+        out.append(camera_place(camera, str(entry["on"]), C, _SURE, middles, with_arm=with_arm))
+    return out, notes
+
+
+def _middles(cell: Cell, pool: Readings, camera: str) -> FloatArray:
+    """(M, 3) middles of the boards [m] in the frame of a camera, one a picture."""
+    seen, out = with_rig_as_points(cell), [np.zeros((0, 3))]
+    for (name, board), part in pictures(cell).items():
+        rows = np.flatnonzero(np.isfinite(pool.tables[CORNERS][:, 2 * part.start : 2 * part.stop]).any(axis=1))
+        if name == camera and len(rows):
+            T = view_poses(seen, pool.pick(rows), f"{board}:{camera}")
+            out.append(T[:, :3, :3] @ board_corners(cell.boards[board]).mean(axis=0) + T[:, :3, 3])
+    return np.concatenate(out)
+
+
+def planned_cell(cell: Cell) -> tuple[Cell, list[str]]:
     """The cell with the effects of its arms that postures vary, and a note on effects."""
     arms, out = [], list[str]()
     for arm in cell.arms:
@@ -184,7 +293,16 @@ def _planned(cell: Cell) -> tuple[Cell, list[str]]:
     return replace(cell, arms=tuple(arms)), notes
 
 
-def _conditions(cell: Cell, q: FloatArray, approach: Mapping[tuple[str, int], FloatArray]) -> dict[str, Dataset]:
+def drawn_approaches(cell: Cell, count: int, random: np.random.Generator) -> dict[tuple[str, int], FloatArray]:
+    """Of arms and numbers of joints whose side of approach matters, from which side each of the postures comes."""
+    return {
+        (arm.name, joint): random.choice([-1.0, 1.0], count) for arm in cell.arms for joint in approached(arm.robot)
+    }
+
+
+def approach_conditions(
+    cell: Cell, q: FloatArray, approach: Mapping[tuple[str, int], FloatArray]
+) -> dict[str, Dataset]:
     """Of the arms with joints whose side of approach matters, from which the postures q (N, n) come."""
     out = {}
     for branch in cell.core.branches:
@@ -218,19 +336,37 @@ def joint_limits(cell: Cell) -> FloatArray:
 
 
 def _rows(
-    cell: Cell, pool: Readings, asked: list[int], sigma: float, sigma_rotation: float | None, threads: int
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """(N k, p) derivatives over noise by the asked parameters in plausible sizes, posture by posture.
+    cell: Cell, pool: Readings, asked: list[int], sigma: tuple[float, float | None, float], threads: int
+) -> tuple[FloatArray, FloatArray]:
+    """(N k, p) derivatives over noise by the asked parameters in plausible sizes, posture by posture; (m, p) of points.
 
-    And (N k,) which of them are of points.
+    What a posture tells is its rows' J^T J: where corners are many, its k largest directions stand for them.
+    `sigma`: of a coordinate [m], an orientation [rad], a corner [px].
     """
     measured, model = pool.measured(cell), cell.model
-    noise = [sigma_rotation or 1.0 if of.unit == "rad" else sigma for of in measured.observations]
+    length, angle, corner = sigma
+    noise = [
+        corner if of.field == CORNERS else (angle or 1.0) if of.unit == "rad" else length
+        for of in measured.observations
+    ]
+    parameters = [*model.parameters, *measured.parameters]
     theta = np.append(np.asarray(model.start), np.zeros(len(measured.parameters)))
     near = _core.linearize(model, pool.samples(cell), measured, theta, noise, threads)
-    turns = np.zeros(measured.number_count, dtype=bool)
+    of_points = np.zeros(measured.number_count, dtype=bool)
     for of in measured.observations:
-        turns[of.first_number : of.first_number + of.reading_count * len(of.components)] = of.unit == "rad"
+        own = slice(of.first_number, of.first_number + of.reading_count * len(of.components))
+        of_points[own] = of.field != CORNERS and of.unit != "rad"
     order = np.argsort(np.asarray(near.row), kind="stable")
-    scale = np.array([[*model.parameters, *measured.parameters][i].sigma for i in asked])
-    return np.asarray(near.J)[order][:, asked] * scale, ~turns[np.asarray(near.number)[order]]
+    J = np.asarray(near.J)[order][:, asked] * np.array([parameters[i].sigma for i in asked])
+    points = J[of_points[np.asarray(near.number)[order]]]
+    if CORNERS not in pool.tables:
+        return J, points
+    row = np.asarray(near.row)[order]
+    blocks = np.split(J, np.searchsorted(row, np.arange(1, len(pool))))
+    R = np.zeros((len(pool), J.shape[1], J.shape[1]))
+    for i, block in enumerate(blocks):
+        part = np.linalg.qr(block, mode="r") if len(block) > J.shape[1] else block
+        R[i, : len(part)] = part
+    _, s, Vt = np.linalg.svd(R, full_matrices=False)
+    rank = max(int((s > _RANK * s.max()).sum(axis=1).max()), 1)
+    return np.ascontiguousarray((s[:, :rank, np.newaxis] * Vt[:, :rank]).reshape(-1, J.shape[1])), points

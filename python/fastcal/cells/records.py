@@ -13,8 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.unknowns import kept_unknowns
+from fastcal.cells.asked import WEAK
 from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
@@ -23,6 +25,7 @@ from fastcal.errors import FastcalError
 from fastcal.monitoring.update import update
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
 from fastcal.robot.identified_spec import Solution
+from fastcal.robot.rig import about_found
 from fastcal.robot.robot_spec import Spec
 
 JOINTS = "joints"  # beside the kinds of readings in the noise of a record: what joints repeat to
@@ -34,6 +37,7 @@ def cell_record(
     parameters: Sequence[_core.Parameter],
     noise: dict[str, tuple[float, str]],
     freedom: int,
+    to_written: FloatArray,
 ) -> CalibrationRecord:
     """The covariance of all that was identified of a cell.
 
@@ -43,9 +47,13 @@ def cell_record(
         parameters: Of the tree and its effects.
         noise: As a record has it.
         freedom: Degrees of freedom.
+        to_written: (P, P) as `motions.to_written` has it.
     """
-    covariance, count = np.asarray(found.covariance), len(parameters)
+    covariance, count = np.array(found.covariance), len(parameters)
     own = [i for i in found.free if i < count]
+    change = to_written[np.ix_(own, own)]
+    covariance[: len(own)] = change @ covariance[: len(own)]
+    covariance[:, : len(own)] = covariance[:, : len(own)] @ change.T
     return CalibrationRecord(
         [full_name(parameters[i]) for i in own],
         lower_root(covariance[: len(own), : len(own)]),
@@ -54,6 +62,43 @@ def cell_record(
         unknowns=(unknowns := kept_unknowns(found, measured, count, covariance))[0],
         unknown_root=unknowns[1],
     )
+
+
+def cell_directions(
+    found: _core.Identification,
+    theta: FloatArray,
+    near: _core.Linearization,
+    measured: _core.Measurements,
+    to_written: FloatArray,
+) -> tuple[list[str], FloatArray]:
+    """Names of all that moves with what was held, cameras and boards too, and the directions (M, held).
+
+    As of `CalibrationRecord`, of the places found. A direction that would take something by more than WEAK plausible
+    sizes is as much shorter; what the readings see of it where the fit is in the end is taken up by what is free.
+
+    Args:
+        found: The core's fit, whose gauge held them.
+        theta: (T,) of the tree's parameters, then the unknowns of `measured`, as they are in the end.
+        near: The readings there.
+        measured: What was read.
+        to_written: (P, P) as `motions.to_written` has it.
+    """
+    held = np.asarray(found.held_directions)
+    if not held.size:
+        return [], np.zeros((0, 0))
+    size = np.array([of.sigma for of in found.parameters])
+    whole = np.zeros((len(size), held.size // len(found.asked)))
+    whole[list(found.asked)] = held.reshape(len(found.asked), -1)
+    whole /= np.maximum(np.abs(whole / size[:, np.newaxis]).max(axis=0) / WEAK, 1.0)
+    free = list(found.free)
+    J, A = np.asarray(near.J), np.asarray(near.J)[:, free] * size[free]
+    seen = np.linalg.solve(A.T @ A + np.eye(len(free)) / WEAK**2, A.T @ (J @ whole))
+    whole[free] -= size[free, np.newaxis] * seen
+    count = len(size) - len(measured.parameters)
+    whole[:count] = to_written @ whole[:count]
+    whole[count:] = about_found(measured.parameters, theta[count:]) @ whole[count:]
+    rows = np.flatnonzero(whole.any(axis=1))
+    return [full_name(found.parameters[i]) for i in rows], whole[rows]
 
 
 def updated_records(cell: Cell, readings: Readings, threads: int = 1) -> dict[str, Spec]:

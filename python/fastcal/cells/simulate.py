@@ -1,40 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a cell predicts of its targets, with which uncertainty, and what instruments would read of them."""
+"""Where targets of a cell are from its sensors, and what instruments would read of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from fastcal.arrays import FloatArray
-from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
-from fastcal.errors import FastcalError, InvalidInput
+from fastcal.errors import InvalidInput
 from fastcal.measurements.rotations import quaternions
 from fastcal.robot import se3
 from fastcal.robot.se3 import rotations_by
 
 _KINDS = ("position", "rotation", "distance")
-
-
-@dataclass(frozen=True, eq=False)
-class CellPrediction:
-    """Poses of a view, TARGET or TARGET:SENSOR.
-
-    Attributes:
-        position: (N, 3) of the target in the sensor's frame [m].
-        rotation: (N, 4) unit quaternion w, x, y, z.
-        sigma_position: (N, 3) standard deviation that comes from the identified parameters alone [m]; NaN where the
-            cell does not keep how surely the numbers of this way are known.
-    """
-
-    position: FloatArray
-    rotation: FloatArray
-    sigma_position: FloatArray
 
 
 def known_views(cell: Cell, views: Sequence[str]) -> list[str]:
@@ -65,25 +48,6 @@ def view_poses(cell: Cell, postures: Readings, view: str, threads: int = 1) -> F
         return T
     S = np.asarray(model.predict(samples, model.start, threads, of=sensor))
     return np.asarray(se3.inverses(S) @ T)
-
-
-def predict_cell(cell: Cell, postures: Readings, *, threads: int = 1) -> dict[str, CellPrediction]:
-    """Where all targets are from the world, and from the sensors that the postures have columns of."""
-    views = list(dict.fromkeys([*known_views(cell, ()), *(view for view in postures.views if ":" in view)]))
-    ways = {way.name: way for way in possible_ways(cell, views)}
-    out = {}
-    for view in views:
-        T = view_poses(cell, postures, view, threads)
-        sigma = np.full((len(T), 3), np.nan)
-        way = ways.get(view)
-        if way is not None and way.record is not None:
-            try:
-                rows = way.rows(cell, postures)
-                sigma = way.robot.deviation_at(way.robot.samples(rows), threads)
-            except FastcalError:
-                pass  # a way that is no serial arm has poses without a deviation
-        out[view] = CellPrediction(T[:, :3, 3].copy(), quaternions(T[:, :3, :3]), sigma)
-    return out
 
 
 def simulate_cell(

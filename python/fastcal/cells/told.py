@@ -1,28 +1,22 @@
 # SPDX-FileCopyrightText: 2026 The fastcal authors
 # SPDX-License-Identifier: MIT
-"""What a cell's file knows beforehand, known distances and places within a sigma, held against what the readings say.
+"""What a cell's file knows beforehand, known distances and places, held against what the readings say.
 
-A fit without any of it finds z = f(theta) +- A V A^T of each number z that the file tells +- S, V the covariance of the
-parameters with what no reading shows as open as plausible. With d = told - found,
-
-    chi^2 = d^T (A V A^T + S)^-1 d
-
-is that of what all of it contradicts. As long as chance does not explain it, the distance or place that contradicts
-most is left out: it neither bends the fit nor takes readings for gross.
+As `contradicted` has it: what the readings contradict neither bends the fit nor takes readings for gross.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
-from fastcal.cells.asked import WEAK, asked_parameters
+from fastcal.calibration.contradicted import SURE_DEG, SURE_MM, Told, contradicted, or_others, place_sentence
+from fastcal.cells.asked import WEAK, asked_parameters, priors
 from fastcal.cells.cell import Arm, Cell, Distance, Known, Point
 from fastcal.cells.fit import geometry_sizes, identified, there
 from fastcal.cells.readings import Readings, known_tables
@@ -32,34 +26,10 @@ from fastcal.errors import FastcalError
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import PLACEMENT, known_within
 from fastcal.robot.robot_spec import Spec, frame_spec
-from fastcal.said import joined, said
+from fastcal.said import said
 from fastcal.units import from_si, to_si
 
-_CHANCE = 1e-6  # of what the readings leave open that the file contradicts them as much as it does
-_ALIKE = 9.0  # of chi square: what would explain nearly as much may be what is wrong
 _SIGMAS = ("sigma_mm", "sigma_deg")
-
-
-@dataclass(frozen=True, eq=False)
-class Told:
-    """A distance or place that the file knows.
-
-    Attributes:
-        of: The distance, or the kind and name of the member: arm, point, camera or board.
-        A: (k, T) derivatives of its numbers by the parameters and unknowns.
-        off: (k,) told less found [m, rad].
-        sigma: (k,) of what is told.
-    """
-
-    of: Distance | tuple[str, str]
-    A: FloatArray
-    off: FloatArray
-    sigma: FloatArray
-
-    @property
-    def label(self) -> str:
-        """What it is called."""
-        return f"{self.of.start} - {self.of.end}" if isinstance(self.of, Distance) else self.of[1]
 
 
 def without_what_is_contradicted(
@@ -91,9 +61,9 @@ def without_what_is_contradicted(
     measured = used.measured(start)
     theta = np.asarray(found.theta)
     kept = np.setdiff1d(np.arange(len(used)), found.outliers)
-    V = _covariance(start, used.pick(kept), asked, theta, list(found.common_noise), threads)
-    told = [*_distances(cell, start, used, theta, threads), *_places(cell, theta, asked, measured)]
-    wrong = _contradicted(told, V)
+    V = _covariance(start, used.pick(kept), asked, theta, list(found.common_noise), sizes, threads)
+    told = [*_distances(cell, start, used, theta, threads), *_places(cell, start, theta, asked, measured)]
+    wrong = contradicted(told, V)
     model = there(start, measured, found)
     notes = [_sentence(of, others, V, cell, model) for of, others in wrong]
     return _released(cell, [of for of, _ in wrong]), notes
@@ -132,21 +102,17 @@ def found_distances(
 
 
 def _free(cell: Cell) -> Cell:
-    """The cell with nothing known within a sigma; the same where nothing is."""
-
-    def loose(known: Known) -> bool:
-        return not known.fixed and (known.sigma_mm is not None or known.sigma_deg is not None)
-
-    rigs = (cell.cameras, cell.boards)
+    """The cell with no place or distance known beforehand; the same where none is."""
     members: list[Arm | Point] = [*cell.arms, *cell.points]
-    named = [("member", of.name) for of in members if loose(of.known)]
-    named += [("rig", name) for rig in rigs for name, of in rig.items() if _is_within(of)]
-    return _without(cell, cell.distances, [name for _, name in named]) if named or cell.distances else cell
+    named = [of.name for of in members if _is_told(of) and of.known != Known()]
+    rigs = (cell.cameras, cell.boards)
+    named += [name for rig in rigs for name, of in rig.items() if any(of.get(key) for key in (*_SIGMAS, "fixed"))]
+    return _without(cell, cell.distances, named) if named or cell.distances else cell
 
 
-def _is_within(entry: Spec) -> bool:
-    """Is the place of a camera or board known within a sigma?"""
-    return not entry.get("fixed") and any(key in entry for key in _SIGMAS)
+def _is_told(member: Arm | Point) -> bool:
+    """Is its place what the file says, and not where a URDF forks, which the first joint's own origin says?"""
+    return not isinstance(member, Arm) or member.on == "world" or member.robot.kinematics != "urdf"
 
 
 def _released(cell: Cell, wrong: Sequence[Told]) -> Cell:
@@ -159,7 +125,7 @@ def _without(cell: Cell, distances: Sequence[Distance], names: Collection[str]) 
 
     def rig(members: Mapping[str, Spec]) -> dict[str, Spec]:
         return {
-            name: {key: value for key, value in of.items() if name not in names or key not in _SIGMAS}
+            name: {key: value for key, value in of.items() if name not in names or key not in (*_SIGMAS, "fixed")}
             for name, of in members.items()
         }
 
@@ -174,14 +140,21 @@ def _without(cell: Cell, distances: Sequence[Distance], names: Collection[str]) 
 
 
 def _covariance(
-    cell: Cell, readings: Readings, asked: Sequence[int], theta: FloatArray, noise: list[float], threads: int
+    cell: Cell,
+    readings: Readings,
+    asked: list[int],
+    theta: FloatArray,
+    noise: list[float],
+    sizes: float | None,
+    threads: int,
 ) -> FloatArray:
-    """(T, T) of the parameters and unknowns, what no reading shows within WEAK plausible sizes."""
+    """(T, T) of the parameters and unknowns, what no reading shows within WEAK plausible sizes; geometry as held."""
     measured = readings.measured(cell)
     near = _core.linearize(cell.model, readings.samples(cell), measured, theta, noise, threads)
     parameters = [*cell.model.parameters, *measured.parameters]
     own = [*asked, *range(len(cell.model.parameters), len(parameters))]
-    size = np.array([parameters[i].sigma for i in own])
+    open_to = np.where(priors(cell, asked, measured.parameters, sizes).geometry, sizes or WEAK, WEAK)
+    size = np.array([parameters[i].sigma for i in own]) * open_to[own] / WEAK
     J = np.asarray(near.J)[:, own] * size
     out = np.zeros((len(parameters), len(parameters)))
     out[np.ix_(own, own)] = np.linalg.inv(J.T @ J + np.eye(len(own)) / WEAK**2) * np.outer(size, size)
@@ -201,52 +174,53 @@ def _distances(cell: Cell, at: Cell, readings: Readings, theta: FloatArray, thre
         each = sigma * np.sqrt(len(r))
         A = np.zeros((1, len(theta)))
         A[0, : len(own)] = each * J.mean(axis=0)
-        yield Told(known, A, np.array([-each * r.mean()]), np.array([sigma]))
+        yield Told(known, f"{known.start} - {known.end}", A, np.array([-each * r.mean()]), np.array([sigma]))
 
 
-def _places(cell: Cell, theta: FloatArray, asked: Sequence[int], measured: _core.Measurements) -> Iterator[Told]:
-    """The places that the file knows within a sigma."""
-    start, count = np.asarray(cell.model.start), len(cell.model.start)
+def _places(
+    cell: Cell, start: Cell, theta: FloatArray, asked: Sequence[int], measured: _core.Measurements
+) -> Iterator[Told]:
+    """The places that the file knows; turns as parameters of the cell `start` count from where that stands."""
+    count, off = len(cell.model.start), np.zeros(len(theta))
+    told, found = (
+        cell.core.placements(np.asarray(cell.core.nominal)),
+        start.core.placements(theta[: len(start.core.nominal)]),
+    )
+    for branch, A, B in zip(cell.core.branches, told, found, strict=True):
+        first = branch.first_parameter
+        off[first : first + 3] = A[:3, 3] - B[:3, 3]
+        off[first + 3 : first + 6] = np.asarray(_core.log_so3(B[:3, :3].T @ A[:3, :3]))
     kinds = {**{of.name: "arm" for of in cell.arms}, **{of.name: of.role for of in cell.points}}
     within = np.full(len(theta), np.inf)
     for branch in cell.core.branches:
-        known, first = cell.known(branch.name), branch.first_parameter
+        known, first = _within(cell.known(branch.name)), branch.first_parameter
         own = [i for i in range(first, first + len(PLACEMENT)) if i in asked]
         within[first : first + 3] = np.inf if known.sigma_mm is None else to_si(known.sigma_mm, "mm")
         within[first + 3 : first + 6] = np.inf if known.sigma_deg is None else to_si(known.sigma_deg, "deg")
         if at := [i for i in own if np.isfinite(within[i])]:
             of = (kinds[branch.name], branch.name)
-            yield Told(of, np.eye(len(theta))[at], (start - theta[:count])[at], within[at])
-    known_here = known_within(cell, measured.parameters)
+            yield Told(of, branch.name, np.eye(len(theta))[at], off[at], within[at])
+    known_here = known_within(_sure(cell), measured.parameters)
     for owner in dict.fromkeys(of.owner for of in measured.parameters):
         at = [k for k, of in enumerate(measured.parameters) if of.owner == owner and np.isfinite(known_here[k])]
         if at:
             kind, _, name = owner.partition(" ")
             all_at = [count + k for k in at]
-            yield Told((kind, name), np.eye(len(theta))[all_at], -theta[all_at], known_here[at])
+            yield Told((kind, name), name, np.eye(len(theta))[all_at], -theta[all_at], known_here[at])
 
 
-def _contradicted(told: Sequence[Told], V: FloatArray) -> list[tuple[Told, list[Told]]]:
-    """What the readings and the rest of it contradict, each with what may be wrong in its place."""
+def _within(known: Known) -> Known:
+    return Known(sigma_mm=SURE_MM, sigma_deg=SURE_DEG) if known.fixed else known
 
-    def misfit(left: Sequence[Told]) -> tuple[float, int]:
-        if not left:
-            return 0.0, 0
-        A, d = np.vstack([of.A for of in left]), np.concatenate([of.off for of in left])
-        S = A @ V @ A.T + np.diag(np.concatenate([of.sigma for of in left]) ** 2)
-        return float(d @ np.linalg.solve(S, d)), len(d)
 
-    left, out = list(told), list[tuple[Told, list[Told]]]()
-    while left:
-        whole, count = misfit(left)
-        if chi2.sf(whole, count) > _CHANCE:
-            break
-        gain = [whole - misfit([of for of in left if of is not one])[0] - len(one.off) for one in left]
-        worst = int(np.argmax(gain))
-        alike = [of for of, own in zip(left, gain, strict=True) if of is not left[worst] and own > gain[worst] - _ALIKE]
-        out.append((left[worst], alike))
-        left.pop(worst)
-    return out
+def _sure(cell: Cell) -> Cell:
+    """The cell whose fixed cameras and boards are known within SURE_MM and SURE_DEG."""
+
+    def rig(members: Mapping[str, Spec]) -> dict[str, Spec]:
+        sure = {"sigma_mm": SURE_MM, "sigma_deg": SURE_DEG}
+        return {name: {**of, **sure} if of.get("fixed") else of for name, of in members.items()}
+
+    return replace(cell, cameras=rig(cell.cameras), boards=rig(cell.boards))
 
 
 def _sentence(of: Told, others: Sequence[Told], V: FloatArray, cell: Cell, model: Cell) -> str:
@@ -266,20 +240,8 @@ def _sentence(of: Told, others: Sequence[Told], V: FloatArray, cell: Cell, model
     else:
         kind, name = of.of
         before, after = _place_of(cell, kind, name), _place_of(model, kind, name)
-        X = np.linalg.inv(pose(before)) @ pose(after)
-        angle = from_si(float(np.linalg.norm(np.asarray(_core.log_so3(X[:3, :3])))), "deg")
-        text = said(
-            "{name}: the file knows the place {told} mm, the readings say {found} mm, {off} mm and {turn} deg from it: "
-            "what the file knows of it is not used",
-            name=name,
-            told=_xyz(before),
-            found=_xyz(after),
-            off=f"{from_si(float(np.linalg.norm(X[:3, 3])), 'mm'):.3f}",
-            turn=f"{angle:.3f}",
-        )
-    if not others:
-        return text
-    return said("{text} (or it is {others} that is wrong)", text=text, others=joined(", ", [o.label for o in others]))
+        text = place_sentence(name, before, after)
+    return or_others(text, others)
 
 
 def _place_of(cell: Cell, kind: str, name: str) -> Spec:
@@ -289,7 +251,3 @@ def _place_of(cell: Cell, kind: str, name: str) -> Spec:
         entry = (cell.cameras if kind == "camera" else cell.boards)[name]
         return {"xyz_mm": entry["xyz_mm"], "rpy_deg": entry["rpy_deg"]}
     return frame_spec(pose(next(of.place for of in cell.points if of.name == name)))
-
-
-def _xyz(place: Spec) -> str:
-    return " ".join(f"{value:.3f}" for value in place["xyz_mm"])

@@ -14,6 +14,7 @@ from fastcal.cells.cell import Cell
 from fastcal.cells.errors import kind_errors, view_errors
 from fastcal.cells.fit import there
 from fastcal.cells.known_fit import KnownFit, known_record
+from fastcal.cells.motions import to_written
 from fastcal.cells.readings import Readings
 from fastcal.cells.records import cell_record, updated_records
 from fastcal.cells.rig_start import judged_readings
@@ -55,7 +56,9 @@ def update_cell(cell: Cell, readings: Readings, *, threads: int = 1) -> CellResu
     notes = [said("{name} has moved", name=name) for name in names]
     kinds = {of_observation(of).name: of_observation(of) for of in fit.measured.observations}
     count = fit.near(rest.theta).numbers
-    new = cell_record(solution, fit.measured, fit.parameters[:own], record.noise, record.degrees_of_freedom + count)
+    freedom = record.degrees_of_freedom + count
+    as_written = to_written(start, rest.theta, model)
+    new = cell_record(solution, fit.measured, fit.parameters[:own], record.noise, freedom, as_written)
     held = {name: row for name, row in zip(fit.names, fit.held, strict=True) if row.any()}
     new = replace(new, moved=list(held), directions=np.array([*held.values()]).reshape(len(held), fit.held.shape[1]))
     model = replace(model, record=new.to_spec(), records=updated_records(cell, readings.pick(fit.rows), threads))

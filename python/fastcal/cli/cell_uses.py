@@ -4,19 +4,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fastcal.cli.cells import refuse
 from fastcal.cli.console import emit, progress, say, warn
 
+if TYPE_CHECKING:
+    from fastcal.monitoring.differences import Difference
+
 
 def predict_cell(model: str, data: Path, output: Path, threads: int) -> None:
     """Where all targets are."""
-    from fastcal.cells.simulate import predict_cell as predicted
+    from fastcal.cells.predict import predict_cell as predicted
     from fastcal.io.tree_file import load_cell
     from fastcal.io.tree_readings import load_readings
     from fastcal.io.tree_readings_out import write_cell_prediction
@@ -88,12 +91,17 @@ def design_cell(
     output: Path,
     count: int,
     views: str,
-    sigma: tuple[float | None, float | None],
+    sigma: tuple[float | None, float | None, float | None],
+    focus_mm: str | None,
     options: Mapping[str, Any],
     given: Mapping[str, Any],
 ) -> None:
-    """Which postures to read; `sigma`: of a coordinate [mm] and an orientation [deg]; `given` as of `simulate_cell`."""
+    """Which postures to read; `given` as of `simulate_cell`.
+
+    `sigma`: of a coordinate [mm], an orientation [deg], a corner [px].
+    """
     from fastcal.cells.design import design_cell as designed
+    from fastcal.cli.design_pictures import focus_range
     from fastcal.design.poses import SIGMA
     from fastcal.io.tables import write_csv
     from fastcal.io.tree_file import load_cell
@@ -102,7 +110,7 @@ def design_cell(
 
     refuse(given)
     cell = load_cell(robot)
-    sigma_mm, sigma_deg = sigma
+    sigma_mm, sigma_deg, sigma_px = sigma
     with progress() as show:
         found = designed(
             cell,
@@ -110,14 +118,19 @@ def design_cell(
             listed(views),
             sigma=SIGMA if sigma_mm is None else to_si(sigma_mm, "mm"),
             sigma_rotation=None if sigma_deg is None else to_si(sigma_deg, "deg"),
+            sigma_px=sigma_px,
+            focus=None if focus_mm is None else focus_range(focus_mm),
             progress=show,
             **options,
         )
     sides = {f"{arm}.approach{joint + 1}": of for (arm, joint), of in found.approach.items()}
     write_csv(output, {"order": range(1, len(found.q) + 1), **posture_columns(cell, found.q), **sides})
     say(f"{output}: {len(found.q)} postures of {found.candidate_count}, to read {', '.join(found.views)} in each")
-    expected = from_si(found.sigma, "mm")
-    say(f"{len(found.parameters)} parameters; a predicted coordinate is then known to {expected:.3g} mm")
+    expected = None if found.sigma is None else from_si(found.sigma, "mm")
+    known = "" if expected is None else f"; a predicted coordinate is then known to {expected:.3g} mm"
+    say(f"{len(found.parameters)} parameters{known}")
+    for of in found.cameras:
+        say(f"then: {of.sentence}")
     if found.efficiency is not None:
         say(f"at least {found.efficiency:.0%} of the best choice of as many")
     warn(found.notes)
@@ -132,6 +145,7 @@ def design_cell(
             "efficiency": found.efficiency,
             "parameters": len(found.parameters),
             "unidentifiable": found.unidentifiable,
+            "cameras": [of.to_json_dict() for of in found.cameras],
         }
     )
 
@@ -155,11 +169,22 @@ def compare_cells(first: str, second: str, output: Path | None, language: str, t
         sizes = each.found.at_tool.to_mm()
         said = f"{len(each.significant)} of {len(each.parameters)} numbers differ beyond noise"
         say(f"{each.way.name}: RMS {sizes['rms']:.4f} mm, at most {sizes['max']:.4f} mm; {said}")
-        for of in each.significant:
-            say(f"  {of.owner} {of.name}: {of.difference:+.4g} +- {of.std:.2g} {of.unit}")
+        _say_different(each.significant)
+    if (seen := found.seen) is not None:
+        for view, of in seen.views.items():
+            sizes = of.to_mm()
+            say(f"{view}: RMS {sizes['rms']:.4f} mm, at most {sizes['max']:.4f} mm")
+        significant, parameters = len(seen.significant), len(seen.parameters)
+        say(f"seen by sensors and cameras: {significant} of {parameters} numbers differ beyond noise")
+        _say_different(seen.significant)
     if output is not None:
         say(str(output / "report.html"))
     emit(found.to_json_dict())
+
+
+def _say_different(numbers: Sequence[Difference]) -> None:
+    for of in numbers:
+        say(f"  {of.owner} {of.name}: {of.difference:+.4g} +- {of.std:.2g} {of.unit}")
 
 
 def listed(text: str) -> list[str]:

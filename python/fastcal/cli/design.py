@@ -111,13 +111,11 @@ def design(
             "--instruments": (instruments, None),
             "--payload-kg": (payload_kg, "0"),
             "--corners": (corners, None),
-            "--sigma-px": (sigma_px, None),
-            "--focus-mm": (focus_mm, None),
             "--measured": (measured, None),
             "--until-sigma-mm": (until_sigma_mm, None),
             "--language": (language, None),
         }
-        design_cell(robot, output, count, views, (sigma_mm, sigma_rot_deg), chosen, of_one_arm)
+        design_cell(robot, output, count, views, (sigma_mm, sigma_rot_deg, sigma_px), focus_mm, chosen, of_one_arm)
         return
     no_views(views)
     arm = load_robot(robot)

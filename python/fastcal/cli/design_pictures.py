@@ -42,7 +42,7 @@ def design_of_pictures(
             raise InvalidInput(f"{option} is for measured points; pictures are planned without it")
     if (measured is None) != (corners is None):
         raise InvalidInput("--measured and --corners go together: the poses of pictures, and what was seen in them")
-    focus = None if focus_mm is None else _focus(focus_mm)
+    focus = None if focus_mm is None else focus_range(focus_mm)
     taken = None if measured is None else load_seen([measured], arm, corners)
     with progress() as show:
         found = design_pictures(
@@ -73,7 +73,8 @@ def design_of_pictures(
     )
 
 
-def _focus(text: str) -> tuple[float, float]:
+def focus_range(text: str) -> tuple[float, float]:
+    """NEAR,FAR of --focus-mm [m]. InvalidInput where it is no range."""
     from fastcal.errors import InvalidInput
     from fastcal.units import to_si
 

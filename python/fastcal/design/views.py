@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
@@ -17,7 +19,7 @@ from fastcal.ik.inverse_kinematics import inverse_kinematics
 from fastcal.ik.posture import unwound
 from fastcal.robot import se3
 from fastcal.robot.core_model import pose
-from fastcal.robot.rig import board_corners, lens_numbers, pictures
+from fastcal.robot.rig import Seeing, board_corners, lens_numbers, pictures
 from fastcal.robot.robot import Robot
 from fastcal.units import to_si
 
@@ -25,7 +27,7 @@ STEEPEST = to_si(50.0, "deg")  # that a camera looks at a board: farther, corner
 _FLANGE, _STILL = "arm", ("world", "arm.base")  # what a camera or board stands on: it moves as the tool does, or not
 MARGIN, FAR_MARGIN = 0.02, 0.08  # of the picture's sides that stays free of corners; where places are hardly known
 _NEAREST = 0.9  # of the picture's height that a board's size takes
-_FARTHEST = (0.3, 0.1)  # the same, and where the arm reaches few of these views
+FARTHEST = (0.3, 0.1)  # the same, and where the arm reaches few of these views
 _FEW = 0.1  # of the views that are tried
 _WHOLE = ("checkerboard", "circles", "points")  # of which all corners must be in the picture
 _PART = 0.5  # of the corners of others
@@ -57,36 +59,42 @@ def drawn_postures(
         ranges = joint_ranges(robot)
         return random.uniform(ranges[:, 0], ranges[:, 1], (_DRAWN * count, len(ranges)))
     ranges = joint_ranges(robot)
-    middle, width = ranges.mean(axis=1), np.ptp(ranges, axis=1)
     q = np.zeros((0, len(ranges)))
-    for fill in _FARTHEST[: 1 if focus else None]:
+    for fill in FARTHEST[: 1 if focus else None]:
         wanted = []
         for k in range(count):
             camera, board = pairs[k % len(pairs)]
-            T_board_camera = _view(camera, board, random, focus or _distances(camera, board, fill))
+            T_board_camera = view_of_board(camera, board, random, focus or filling(camera, board, fill))
             in_hand = camera["on"] == _FLANGE
             own, other = (camera, board) if in_hand else (board, camera)
             T_world_other = frames_of(robot, np.zeros((1, robot.joint_count)), other["on"])[0] @ pose(other)
             T_other_own = T_board_camera if in_hand else se3.inverse(T_board_camera)
             wanted.append(T_world_other @ T_other_own @ se3.inverse(pose(own)) @ T_flange_tool)
-        seeds = middle + _AROUND * random.uniform(-1, 1, (count, len(ranges))) * width
-        found = inverse_kinematics(
-            robot, np.array(wanted), seeds, restarts=4, tolerance_m=1e-4, tolerance_rad=1e-4, threads=threads
-        )
-        q = np.vstack([q, found.q[np.asarray(found.status) == "reached"]])
+        new, reached = sent_to(robot, np.array(wanted), ranges, random, threads)
+        q = np.vstack([q, new[reached]])
         if len(q) >= _FEW * count:
             break
-    return unwound(q, middle, ranges)
+    return q
 
 
-def _distances(camera: dict[str, Any], board: dict[str, Any], fill: float) -> tuple[float, float]:
+def sent_to(
+    robot: Robot, wanted: FloatArray, ranges: FloatArray, random: np.random.Generator, threads: int
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(N, n) postures of tool poses (N, 4, 4), the search beginning around the ranges' middle; and (N,) if reached."""
+    middle, width = ranges.mean(axis=1), np.ptp(ranges, axis=1)
+    seeds = middle + _AROUND * random.uniform(-1, 1, (len(wanted), len(ranges))) * width
+    found = inverse_kinematics(robot, wanted, seeds, restarts=4, tolerance_m=1e-4, tolerance_rad=1e-4, threads=threads)
+    return unwound(found.q, middle, ranges), np.asarray(found.status) == "reached"
+
+
+def filling(camera: dict[str, Any], board: dict[str, Any], fill: float) -> tuple[float, float]:
     """Least and greatest distance [m] at which a board takes _NEAREST and `fill` of the picture's shorter side."""
     size = float(np.ptp(board_corners(board)[:, :2], axis=0).max())
     near, far = (float(np.mean(camera["focal_px"])) * size / (of * min(camera["size_px"])) for of in (_NEAREST, fill))
     return near, far
 
 
-def _view(
+def view_of_board(
     camera: dict[str, Any], board: dict[str, Any], random: np.random.Generator, distances: tuple[float, float]
 ) -> FloatArray:
     """(4, 4) T_board_camera: slanted, turned and shifted at random, so that the middle is somewhere in the picture.
@@ -111,22 +119,39 @@ def _view(
 
 
 def seen(robot: Robot, q: FloatArray, focus: tuple[float, float] | None, margin: float = MARGIN) -> FloatArray:
-    """(N, K, 2) [px] of the corners that each camera sees of each board in postures (N, n), NaN of others.
-
-    A picture counts where the board faces the camera within STEEPEST, is in focus and is in the picture, with a margin
-    (share of its sides).
-    """
+    """`seen_corners` of an arm in postures (N, n). InvalidInput where there are none."""
     if not len(q):
         raise InvalidInput(
             "no view of a board is within the arm's reach; do the file's places say about where cameras and boards are?"
         )
-    spec, places = robot.description, pictures(robot.description)
-    out = np.full((len(q), list(places.values())[-1].stop, 2), np.nan)
+    return seen_corners(robot.description, len(q), lambda on: frames_of(robot, q, on), focus, margin)
+
+
+def seen_corners(
+    spec: Seeing,
+    count: int,
+    frames: Callable[[str], FloatArray],
+    focus: tuple[float, float] | None,
+    margin: float = MARGIN,
+) -> FloatArray:
+    """(N, K, 2) [px] of the corners that each camera sees of each board in N postures, NaN of others.
+
+    A picture counts where the board faces the camera within STEEPEST, is in focus and is in the picture, with a margin
+    (share of its sides).
+
+    Args:
+        spec: Has the cameras and boards.
+        count: N.
+        frames: (N, 4, 4) of what one stands on, in the measuring frame.
+        focus: As of `drawn_postures`.
+        margin: Free of corners.
+    """
+    places = pictures(spec)
+    out = np.full((count, list(places.values())[-1].stop, 2), np.nan)
     for (name, plate), own in places.items():
         camera, board = spec.cameras[name], spec.boards[plate]
         corners, size = board_corners(board), np.array(camera["size_px"], dtype=float)
-        T_camera_world = np.linalg.inv(frames_of(robot, q, camera["on"]) @ pose(camera))
-        T = T_camera_world @ frames_of(robot, q, board["on"]) @ pose(board)
+        T = np.linalg.inv(frames(camera["on"]) @ pose(camera)) @ frames(board["on"]) @ pose(board)
         p = np.einsum("nij,kj->nki", T[:, :3, :3], corners) + T[:, None, :3, 3]
         before = (p[..., 2] > 0).all(axis=1)
         middle = p.mean(axis=1)

@@ -13,8 +13,8 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Cell
+from fastcal.cells.predict import CellPrediction
 from fastcal.cells.readings import Readings
-from fastcal.cells.simulate import CellPrediction
 from fastcal.io.arm_readings import OF_ALL_ARMS
 from fastcal.io.columns import is_condition
 from fastcal.io.measurements_out import file_columns

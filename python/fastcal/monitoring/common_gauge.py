@@ -163,14 +163,19 @@ def readable(union: Robot, at: Postures, free: list[int]) -> list[int]:
     What a calibration holds is its own choice, and may leave a zero that moved to be taken up by three other numbers.
     """
     J = at.jacobian(union).reshape(3 * len(at.q), -1)
+    return columns_that_read(J, free, ends(union), _zeros(union))
+
+
+def columns_that_read(J: FloatArray, free: list[int], places: list[int], wanted: list[int]) -> list[int]:
+    """Columns of J (m, P) that span what `free` do: places first, then those that are wanted, wherever they can be."""
     size = np.linalg.norm(J, axis=0)
     J = J / np.where(size > 0, size, 1.0)
     U, length, _ = thin_svd(J[:, free])
     span = U[:, length > _LOST]
-    zeros = [i for i in _zeros(union) if np.linalg.norm(J[:, i] - span @ (span.T @ J[:, i])) < _WITHIN]
+    inside = [i for i in wanted if np.linalg.norm(J[:, i] - span @ (span.T @ J[:, i])) < _WITHIN]
     chosen: list[int] = []
     Q = np.zeros((len(J), 0))
-    for i in [*ends(union), *zeros]:
+    for i in [*places, *inside]:
         own = J[:, i] - Q @ (Q.T @ J[:, i])
         if np.linalg.norm(own) > _APART:
             chosen.append(i)
@@ -182,7 +187,13 @@ def readable(union: Robot, at: Postures, free: list[int]) -> list[int]:
 
 
 def _zeros(robot: Robot) -> list[int]:
-    """Indices of the joints' zeros; of a URDF's joint only where its axis is x, y or z of its frame."""
+    """Indices of the joints' zeros."""
+    known, own = zero_names(robot), len(robot.core.parameters)
+    return [i for i, p in enumerate(robot.error_model.parameters[:own]) if (p.owner, p.name) in known]
+
+
+def zero_names(robot: Robot) -> set[tuple[str, str]]:
+    """Owner and name of the joints' zeros; of a URDF's joint only where its axis is x, y or z of its frame."""
     names = []
     for joint in robot.joints:
         turns = joint.turns
@@ -193,9 +204,7 @@ def _zeros(robot: Robot) -> list[int]:
         k = int(np.argmax(axis))
         along = ("rx", "ry", "rz")[k] if turns else "xyz"[k]
         names.append(along if np.count_nonzero(axis) == 1 else "")
-    known = {(joint_name(j), name) for j, name in enumerate(names)}
-    own = len(robot.core.parameters)
-    return [i for i, p in enumerate(robot.error_model.parameters[:own]) if (p.owner, p.name) in known]
+    return {(joint_name(j), name) for j, name in enumerate(names)}
 
 
 def fitted_to(

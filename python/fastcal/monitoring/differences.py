@@ -8,11 +8,13 @@ noise.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
+from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.effects.entries import edge_name, edge_unit, full_name
 from fastcal.monitoring.common_gauge import Postures, ends, held_inverse, noise_of, sizes
@@ -54,27 +56,47 @@ def differences(
     start = np.asarray(model.start)
     now = start + change
     deviation = _deviation(union, a, b, free, shown, at)
-    in_b = set(b.parameter_names)
-    in_a = set(a.parameter_names)
-    p = np.ones(len(shown))
+    freedom = min((r.record.degrees_of_freedom for r in (a, b) if r.record), default=1)
+    known = set(a.parameter_names), set(b.parameter_names)
+    lacks = [[full_name(model.parameters[i]) not in of for i in shown] for of in known]
+    parts = [(model.parameters[i], i < len(union.core.parameters)) for i in shown]
+    return judged(parts, start[shown], now[shown], deviation, freedom, lacks)
+
+
+def judged(
+    parameters: Sequence[tuple[_core.Parameter, bool]],
+    a: FloatArray,
+    b: FloatArray,
+    deviation: FloatArray | None,
+    freedom: int,
+    lacks: Sequence[Sequence[bool]] = ((), ()),
+) -> list[Difference]:
+    """Which of (s,) numbers differ beyond noise, the most significant first.
+
+    Args:
+        parameters: What they are, and whether each belongs to a geometry or place.
+        a: (s,) of the first model, SI.
+        b: (s,) of the second one, in the first one's gauge.
+        deviation: (s,) of the differences; None where a model keeps no covariance.
+        freedom: Degrees of freedom of the noise behind it.
+        lacks: Which of them the first and the second model do not have; none where empty.
+    """
+    p = np.ones(len(a))
     if deviation is not None:
-        freedom = min(r.record.degrees_of_freedom for r in (a, b) if r.record)
-        t = np.abs(now[shown] - start[shown]) / np.maximum(deviation, 1e-300)
+        t = np.abs(b - a) / np.maximum(deviation, 1e-300)
         p = 2 * special.stdtr(max(freedom, 1), -t)
     verdicts = _holm(p)
     out = []
-    parameters, own = model.parameters, len(union.core.parameters)
-    for k, i in enumerate(shown):
-        parameter, geometry = parameters[i], i < own
+    for k, (parameter, geometry) in enumerate(parameters):
         unit = edge_unit(parameter, geometry=geometry)
-        f, name = factor(unit), full_name(parameter)
+        f = factor(unit)
         out.append(
             Difference(
                 edge_name(parameter, geometry=geometry),
                 parameter.owner,
-                start[i] / f if name in in_a else None,
-                now[i] / f if name in in_b else None,
-                (now[i] - start[i]) / f,
+                None if lacks[0] and lacks[0][k] else float(a[k]) / f,
+                None if lacks[1] and lacks[1][k] else float(b[k]) / f,
+                float(b[k] - a[k]) / f,
                 None if deviation is None else float(deviation[k]) / f,
                 unit,
                 None if deviation is None else float(p[k]),

@@ -33,7 +33,7 @@ def write_cell_comparison(found: CellComparison, folder: str | os.PathLike[str],
 def comparison_page(found: CellComparison, language: str = "en") -> str:
     """The HTML text of the page."""
     with in_language(language):
-        different = any(each.significant for each in found.ways)
+        different = bool(found.significant)
         sections = [
             Section(
                 each.way.name,
@@ -43,10 +43,24 @@ def comparison_page(found: CellComparison, language: str = "en") -> str:
             )
             for each in found.ways
         ]
+        if found.seen is not None:
+            sections.append(
+                Section(
+                    "seen",
+                    _("Seen by sensors and cameras"),
+                    _(
+                        "The second model in the parameters of the first; of cameras and boards, how they moved in "
+                        "their own frame."
+                    ),
+                    tables=[difference_table(found.seen.parameters)],
+                )
+            )
         tiles = []
         for each in found.ways:
             sizes = each.found.at_tool.to_mm()
             tiles.append((each.way.name, f"{significant(sizes['rms'])} mm", _("RMS at the target")))
+        for view, of in found.seen.views.items() if found.seen is not None else ():
+            tiles.append((view, f"{significant(of.to_mm()['rms'])} mm", _("RMS at the target")))
         return cell_page(
             found.first,
             (_("Two models of one cell"), _("Two models of {robot}", robot=found.first.name)),
@@ -72,6 +86,14 @@ def _headline(found: CellComparison) -> str:
         )
         for each in found.ways
     ]
+    if found.seen is not None:
+        told.append(
+            _(
+                "Seen by sensors and cameras: {count} of {all} numbers differ beyond noise.",
+                count=len(found.seen.significant),
+                all=len(found.seen.parameters),
+            )
+        )
     return " ".join(told)
 
 

@@ -175,17 +175,18 @@ def about_found(parameters: Sequence[_core.Parameter], values: FloatArray) -> Fl
         if not set(PLACEMENT) <= at.keys():
             continue
         shift, turn = ([at[axis] for axis in part] for part in (PLACEMENT[:3], PLACEMENT[3:]))
-        r = values[turn]
-        R = np.asarray(_core.exp_so3(r))
-        out[np.ix_(shift, shift)] = R.T
-        out[np.ix_(turn, turn)] = np.column_stack(
-            [
-                (_core.log_so3(R.T @ _core.exp_so3(r + step)) - _core.log_so3(R.T @ _core.exp_so3(r - step)))
-                / (2 * _TURN)
-                for step in _TURN * np.eye(3)
-            ]
-        )
+        out[np.ix_(shift, shift)] = np.asarray(_core.exp_so3(values[turn])).T
+        out[np.ix_(turn, turn)] = _about_turn(values[turn])
     return out
+
+
+def _about_turn(r: FloatArray) -> FloatArray:
+    """(3, 3) by which a small error of a turn exp(r) is one about it: log(exp(r)^T exp(r + dr)) over dr."""
+    R = np.asarray(_core.exp_so3(r))
+    ends = [
+        [np.asarray(_core.log_so3(R.T @ _core.exp_so3(r + k * step))) for k in (1, -1)] for step in _TURN * np.eye(3)
+    ]
+    return np.column_stack([(there - back) / (2 * _TURN) for there, back in ends])
 
 
 def with_found(spec: Spec, parameters: Sequence[_core.Parameter], values: FloatArray, std: FloatArray) -> Spec:

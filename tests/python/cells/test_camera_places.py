@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from numpy.typing import NDArray
 
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
@@ -131,3 +132,28 @@ def test_it_is_said_where_people_look(tmp_path: Path, capsys: pytest.CaptureFixt
     assert cameras[0]["undetermined"] == []
     assert cameras[0]["with_identified_arm"]
     assert "Camera wrist on flange: its pose is known to" in (tmp_path / "out/report.html").read_text()
+
+
+@pytest.mark.parametrize(("mm", "key"), [(0.0, "fixed"), (4.0, "fixed"), (4.0, "sigma_mm")])
+def test_a_known_place_that_pictures_contradict_is_named_and_left_out(tmp_path: Path, mm: float, key: str) -> None:
+    """A camera that the file calls fixed, mm off, left 2 px on all its pictures without a word of the reason."""
+    scene.write(tmp_path, 25)
+    content = scene.cell()
+    at = scene.WRIST[:3, 3] + [mm, 0.0, 0.0]
+    turn = {"rpy_deg": [-7.0, 1.0, 4.0]}
+    content["cameras"]["wrist"] |= {"xyz_mm": at.tolist(), **turn, key: True if key == "fixed" else 0.1}
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(content))
+    robot = load_robot(tmp_path / "cell.yaml")
+    data = load_seen([tmp_path / "poses.csv"], robot, tmp_path / "corners.csv")
+    result = calibrate(robot, data, parameters=[])
+    told = [note for note in result.notes if "the file knows the place" in note]
+    after = result.train.kinds["corner"].statistics[1]
+    assert after is not None
+    assert after.rms < 0.2
+    if mm == 0:
+        assert told == []
+        assert result.model.description.cameras["wrist"]["fixed"]
+        return
+    (note,) = told
+    assert note.startswith("wrist: the file knows the place 9.000 -68.000 52.000 mm, the readings say 5.0")
+    assert key not in result.model.description.cameras["wrist"]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fastcal.cells.calibrate import CellResult, calibrate_cell
-from fastcal.cells.cell import Cell, Distance, Known
+from fastcal.cells.cell import Arm, Cell, Distance, Known
 from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import simulate_cell, view_poses
 from fastcal.cli.app import main
@@ -20,9 +20,9 @@ from fastcal.io.tree_file import load_cell
 from fastcal.io.tree_readings_out import write_readings
 
 from . import track_scene as track
-from .test_calibrate import simulated
+from .test_calibrate import content, simulated, written
 from .test_distances import BAR, cell_of
-from .test_uses import disturbed, two_arms
+from .test_uses import disturbed, postures, two_arms
 
 NOISE = 2e-5  # [m]
 WITHIN = Known(sigma_mm=0.1)
@@ -151,3 +151,56 @@ def test_the_command_says_it(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     result = json.loads((tmp_path / "out/result.json").read_text(encoding="utf-8"))
     assert result["known_distances"][0]["used"] is False
     assert "known_distances" not in (tmp_path / "out/model.yaml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("mm", "named"), [(0.0, False), (3.0, True)])
+def test_a_fixed_base_that_is_wrong_is_named_and_left_out(tmp_path: Path, mm: float, named: bool) -> None:
+    """A base that the file calls fixed, mm off, bent the arms on it without a word."""
+    cell = two_arms(tmp_path)
+    true = disturbed(cell, 4)
+    readings = simulate_cell(true, postures(cell, 40, 104), noise=NOISE, seed=4)
+
+    def standing(arm: Arm) -> Arm:
+        base = dict(vars(next(of for of in true.arms if of.name == arm.name).robot.description.base))
+        base["xyz_mm"] = [base["xyz_mm"][0] + mm * (arm.name == "right"), *base["xyz_mm"][1:]]
+        return replace(arm, robot=arm.robot.with_(base=base), known=Known(fixed=True))
+
+    found = calibrate_cell(replace(cell, arms=tuple(map(standing, cell.arms))), readings)
+    assert [note.partition(":")[0] for note in found.notes if "the file knows the place" in note] == ["right"] * named
+    assert [found.cell.known(name).fixed for name in ("left", "right")] == [True, not named]
+    assert rms(found) < 1.1 * NOISE * np.sqrt(3)
+
+
+def test_a_fixed_board_that_is_wrong_is_named(tmp_path: Path) -> None:
+    scene = track.Scene(3)
+    scene.write(tmp_path, 30)
+    content = track.cell()
+    at = scene.board[:3, 3] + [0.0, 4.0, 0.0]
+    content["boards"]["plate"] |= {"xyz_mm": at.tolist(), "fixed": True}
+    (tmp_path / "cell.yaml").write_text(json.dumps(content), encoding="utf-8")
+    cell = load_cell(tmp_path / "cell.yaml")
+    found = calibrate_cell(cell, load_seen_readings(tmp_path / "poses.csv", cell, tmp_path / "corners.csv"))
+    assert any(note.startswith("plate: the file knows the place") for note in found.notes)
+    assert "fixed" not in found.cell.boards["plate"]
+
+
+def test_a_turn_that_is_told_wrong_is_named(tmp_path: Path) -> None:
+    """It was told from where the closed form had put the member, which is right, and not from where the file has it."""
+    arms = {"left": {"robot": "ur5", "fixed": True}, "right": {"robot": "ur10", "xyz_mm": [0, -900, 0], "fixed": True}}
+    sensors = {"camera": {"on": "world", "xyz_mm": [1000.0, 0.0, 300.0], "rpy_deg": [0.0, 90.0, 0.0]}}
+    cell = load_cell(written(tmp_path, content(arms=arms, sensors=sensors)))
+    views = ["smr:camera", "tag:camera"]
+    readings = simulate_cell(cell, postures(cell, 40, 1), views, noise=NOISE, noise_rotation=NOISE, seed=1)
+
+    def told(turn_deg: float) -> list[str]:
+        camera = next(of for of in cell.points if of.name == "camera")
+        place = {**camera.place, "rpy_deg": [turn_deg, 90.0, 0.0]}
+        camera = replace(camera, known=Known(sigma_deg=0.02), place=place)
+        points = tuple(camera if of.name == "camera" else of for of in cell.points)
+        found = calibrate_cell(replace(cell, points=points), readings)
+        return [note for note in found.notes if "the file knows the place" in note]
+
+    assert told(0.0) == []
+    (note,) = told(0.5)
+    assert note.startswith("camera: the file knows")
+    assert "0.500 deg from it" in note

@@ -13,8 +13,9 @@ from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.compare import compare_cells
 from fastcal.cells.design import design_cell
+from fastcal.cells.predict import predict_cell
 from fastcal.cells.readings import Readings
-from fastcal.cells.simulate import predict_cell, simulate_cell, view_poses
+from fastcal.cells.simulate import simulate_cell, view_poses
 from fastcal.cli import main
 from fastcal.errors import InvalidInput
 from fastcal.io.tree_file import load_cell, write_cell

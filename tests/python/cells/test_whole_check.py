@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
+from fastcal import _core
 from fastcal.cells.asked import with_effects
 from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.check import checked_ways
+from fastcal.cells.motions import to_written
 from fastcal.cells.readings import Readings
 from fastcal.cells.simulate import simulate_cell
 from fastcal.cells.whole_check import check_whole
@@ -171,3 +174,44 @@ def test_what_cannot_be_checked_gets_one_sentence(
     with pytest.raises(InvalidInput, match="a tolerance is of points, and none was measured"):
         check_whole(model, replace(new, tables=turns), tolerance=1e-3)
     assert check_whole(model, read(true, 1, 9, views=("tag_left:camera",))).verdict in ("holds", "cannot_tell")
+
+
+def test_what_a_track_cell_is_expected_to_show_is_what_it_shows(tmp_path: Path) -> None:
+    """Held directions without the board's share, and turns counted from where the cell stood before, made it 14449 px.
+
+    The table's zero and the board on it move together: held was the one, and the record had not the other.
+    """
+    scene = track.Scene(5)
+    scene.write(tmp_path, 30)
+    scene.write(tmp_path, 12, prefix="new_")
+    content = track.cell()
+    for name in ("track", "table"):  # turned by degrees: where the written cell stands is another place to count from
+        content["arms"][name]["rpy_deg"] = [0.0, 2.0, 3.0]
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    cell = load_cell(tmp_path / "cell.yaml")
+    model = calibrate_cell(cell, load_seen_readings(tmp_path / "poses.csv", cell, tmp_path / "corners.csv")).cell
+    new = load_seen_readings(tmp_path / "new_poses.csv", model, tmp_path / "new_corners.csv")
+    found = check_whole(model, new)
+    after = found.kinds["corner"].statistics[1]
+    assert after is not None
+    assert found.verdict == "holds"
+    assert found.expected["corner"] == pytest.approx(after.rms, rel=0.15)
+
+
+def test_small_changes_are_those_of_the_written_cell(tmp_path: Path) -> None:
+    track.Scene(5).write(tmp_path, 1)
+    cell = load_cell(tmp_path / "cell.yaml")
+    random = np.random.default_rng(1)
+    theta = np.asarray(cell.model.start) + random.normal(0, 0.02, len(cell.model.start))
+    written = cell.with_values(theta)
+    change = to_written(cell, theta, written)
+    q = random.uniform(-0.5, 0.5, (2, len(cell.joint_columns)))
+    for k in random.choice(len(theta), 15, replace=False):
+        slopes = []
+        for of, at, step in (
+            (cell, theta, 1e-6 * np.eye(len(theta))[k]),
+            (written, np.asarray(written.model.start), 1e-6 * change[:, k]),
+        ):
+            ends = [of.model.predict(_core.Samples(q), at + sign * step, of="arm.link6") for sign in (1, -1)]
+            slopes.append((np.asarray(ends[0]) - np.asarray(ends[1])) / 2e-6)
+        assert slopes[0] == pytest.approx(slopes[1], abs=1e-6)

@@ -6,9 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
+from fastcal.cells.calibrate import calibrate_cell
 from fastcal.cli.app import main
+from fastcal.errors import InvalidInput
+from fastcal.importers.corners import load_seen_readings
+from fastcal.io.tree_file import load_cell
 
+from . import track_scene as track
 from .test_calibrate import JOINTS, content, csv_of, written
 
 READ = ["x_mm@smr", "y_mm@smr", "z_mm@smr"]
@@ -101,3 +107,15 @@ def test_two_targets_of_one_key_get_one_sentence(tmp_path: Path, capsys: pytest.
     (line,) = capsys.readouterr().err.splitlines()
     assert "cell.yaml" in line
     assert "smr" in line
+
+
+def test_a_board_of_another_size_gets_one_sentence(tmp_path: Path) -> None:
+    """A tenth of its size ended in an internal error."""
+    track.Scene(2).write(tmp_path, 20)
+    content = track.cell()
+    content["boards"]["plate"]["square_mm"] /= 10
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    cell = load_cell(tmp_path / "cell.yaml")
+    readings = load_seen_readings(tmp_path / "poses.csv", cell, tmp_path / "corners.csv")
+    with pytest.raises(InvalidInput, match="Are the boards as large as the file says"):
+        calibrate_cell(cell, readings)
