@@ -15,7 +15,6 @@ from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.unknowns import CORNERS, unknowns_found
 from fastcal.errors import FastcalError
 from fastcal.measurements.dataset import Dataset
-from fastcal.robot.plain_copy import plain_copy
 from fastcal.robot.rig import PLACEMENT, with_found
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Spec
@@ -37,7 +36,7 @@ def without_contradicted_places(
         prepared: The problem of a robot by these.
         looks: False: as it is.
     """
-    known = {(kind, name): of for kind, name, of in _members(robot.spec) if any(of.get(key) for key in _KEYS)}
+    known = {(kind, name): of for kind, name, of in _members(robot) if any(of.get(key) for key in _KEYS)}
     if not looks or not known or CORNERS not in data.kinds:
         return robot, []
     try:
@@ -59,19 +58,20 @@ def without_contradicted_places(
     return _without(robot, [of.of for of, _ in wrong]) if wrong else robot, notes
 
 
-def _members(spec: Spec) -> Iterator[tuple[str, str, Spec]]:
-    for kind, key in _KINDS.items():
-        for name, of in (spec.get(key) or {}).items():
+def _members(robot: Robot) -> Iterator[tuple[str, str, Spec]]:
+    rig = robot.description
+    for kind, members in (("camera", rig.cameras), ("board", rig.boards)):
+        for name, of in members.items():
             yield kind, name, of
 
 
 def _without(robot: Robot, members: list[tuple[str, str]]) -> Robot:
     """The robot that does not know where these are."""
-    spec = plain_copy(robot.spec)
-    for kind, name in members:
-        for key in _KEYS:
-            spec[_KINDS[kind]][name].pop(key, None)
-    return Robot.keeping(spec, robot.core)
+    rig: dict[str, dict[str, Spec]] = {key: {} for key in _KINDS.values()}
+    for kind, name, of in _members(robot):
+        is_open = (kind, name) in members
+        rig[_KINDS[kind]][name] = {key: value for key, value in of.items() if not (is_open and key in _KEYS)}
+    return robot.with_(**rig)
 
 
 def _told(
