@@ -75,6 +75,8 @@ def diagnose_cell(
 
         options: dict[str, Any] = {"sigma": sigma, "as_read": as_read, "mend": mend, "threads": threads}
         found = diagnose(way.robot, rows, test=held, exclude=own, progress=said, **options)
+        if found.few:
+            raise InvalidInput(found.few)
         ways.append(WayDiagnosis(way, found))
     effects = _merged(ways, bool(exclude))
     notify("calibrating the cell with the effects found")

@@ -27,14 +27,14 @@ from fastcal.diagnosis.many_rows import all_moved, searched_rows
 from fastcal.diagnosis.noise import with_estimated_noise
 from fastcal.diagnosis.one_curve import waves_of_one_curve, with_orders_between
 from fastcal.diagnosis.periodic import is_periodic
-from fastcal.diagnosis.plain_models import beside_plain, best_of_all
+from fastcal.diagnosis.plain_models import beside_plain, best_of_all, best_of_few
 from fastcal.diagnosis.problem import prepared_problem
 from fastcal.diagnosis.result import Diagnosis, Finding
 from fastcal.diagnosis.rig_causes import found_rig_causes
 from fastcal.diagnosis.rounds import claimed, searched
 from fastcal.diagnosis.scans import beside_lost_rows
 from fastcal.diagnosis.scattered_rows import are_noise, may_hide, scattered_rows
-from fastcal.diagnosis.search import SearchNode
+from fastcal.diagnosis.search import Search, SearchNode
 from fastcal.diagnosis.sure_names import Told, sure_names
 from fastcal.diagnosis.surrogate_bases import best_with_surrogate
 from fastcal.diagnosis.words import sentence_of
@@ -199,9 +199,14 @@ def _found(
     problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
     problem = replace(problem, joints_repeat=joints_repeat)
     geometry = fit(problem, [])
-    _refuse_few_postures(looked_at, geometry)
+    few = _too_few_postures(looked_at, geometry)
     notify(said("estimating the noise"))
     problem, level = with_estimated_noise(problem, geometry, sigma)
+    if few:
+        plain = rivals.Rivals(Search(replace(problem, names=[]), notify))
+        told = Told(plain.search.start, plain.search.start, remains=False, unsure={})
+        written = best_of_few(plain)
+        return Found(robot, data, rows, test, plain.search, written, told, library, level, sigma, threads, few=few)
     moved = all_moved(level.moved, trusted, rows)
     if moved and len(lost) + len(moved) <= MAX_MOVED_SHARE * data.measured.sum():
         notify(said("trying without {count} rows that are off together", count=len(moved)))
@@ -240,12 +245,13 @@ def _found(
     return Found(robot, data, rows, test, search, written, told, library, level, sigma, threads, tuple(lost))
 
 
-def _refuse_few_postures(data: Dataset, plain: Fit) -> None:
-    if too_few_postures(data, len(plain.free)):
-        A, _, row = plain.whitened
-        seen = A[row >= 0] / np.maximum(np.linalg.norm(A[row >= 0], axis=0), np.finfo(np.float64).tiny)
-        if few := too_few_postures(data, int(np.linalg.matrix_rank(seen))):
-            raise InvalidInput(f"{data.source}: {few}")
+def _too_few_postures(data: Dataset, plain: Fit) -> str:
+    """Why no cause can be looked for: the rows hold no more numbers than the geometry has parameters; else empty."""
+    if not too_few_postures(data, len(plain.free)):
+        return ""
+    A, _, row = plain.whitened
+    seen = A[row >= 0] / np.maximum(np.linalg.norm(A[row >= 0], axis=0), np.finfo(np.float64).tiny)
+    return too_few_postures(data, int(np.linalg.matrix_rank(seen))) or ""
 
 
 __all__ = ["Diagnosis", "diagnose"]

@@ -70,7 +70,8 @@ class Found:
     level: NoiseLevel
     sigma: float | None
     threads: int
-    lost: tuple[int, ...]  # rows that were not looked at
+    lost: tuple[int, ...] = ()  # rows that were not looked at
+    few: str = ""  # why no cause was looked for; empty: they were
 
     @property
     def model(self) -> rivals.Model:
@@ -178,6 +179,7 @@ class Found:
             notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
             misfits=misfits,
             converged=self.fit.converged,
+            few=self.few,
         )
         gone = said(
             "{count} rows that nothing explains were left out ({rows})", count=len(outliers), rows=first_few(outliers)

@@ -182,6 +182,15 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     return own if chosen is own else replace(chosen, lead=gain(chosen.squares, own.squares)[0])
 
 
+def best_of_few(rivals: Rivals) -> Judged:
+    """Of few postures: of the geometry, the same held near nominal, base and tool alone, what predicts others best."""
+    found = bare(rivals.search.start)
+    own = judged(found, is_plain=False)
+    plain = [one for one in _plain(rivals, found, remains=False) if one.is_as_simple]
+    best = max([own, *plain], key=lambda one: gain(one.squares, own.squares)[0])
+    return replace(best, is_plain=True, lead=gain(best.squares, own.squares)[0])
+
+
 def _is_badly_fixed(rivals: Rivals, found: Model, *, remains: bool) -> bool:
     """Do rows fix the arm badly? Where names explain all these need not lead; where nothing is missing, as `calibrate`.
 

@@ -192,6 +192,7 @@ class Diagnosis(Plotted):
         plan: What to measure next, where a name has equivalents.
         plain: Which plain model is written, and why, where it predicts held-out rows better than what was found.
         converged: Did the fit of the model that is written?
+        few: Why no cause was looked for: too few postures; empty where there are enough.
     """
 
     verdict: str
@@ -216,10 +217,13 @@ class Diagnosis(Plotted):
     notes: list[str] = field(default_factory=list)
     misfits: list[KindMisfit] = field(default_factory=list)
     converged: bool = True
+    few: str = ""
 
     @property
     def status(self) -> str:
-        """converged, not_converged, or predicts_worse: other poses' error rises with what was found."""
+        """converged, too_few_postures, not_converged, or predicts_worse: other poses' error rises by it."""
+        if self.few:
+            return "too_few_postures"
         if not self.converged:
             return "not_converged"
         return "predicts_worse" if self.judged_gap.rises else "converged"

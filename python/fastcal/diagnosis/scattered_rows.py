@@ -63,4 +63,4 @@ def _left(at: Fit) -> float:
 
 def are_noise(found: Found, without: Found) -> bool:
     """Was what is missing hidden by the rows that a second search, `without` them, left out?"""
-    return without.level.sigma < SCATTERED_NOISE * found.level.sigma
+    return not without.few and without.level.sigma < SCATTERED_NOISE * found.level.sigma

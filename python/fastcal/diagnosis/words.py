@@ -238,6 +238,8 @@ def sentence_of(found: Diagnosis, doubts: Sequence[str] = ()) -> Said:
 
 
 def _causes(found: Diagnosis, doubts: Sequence[str] = ()) -> str:
+    if found.few:
+        return said("Too few postures to look for a cause: {why}.", why=found.few)
     if not found.effects:
         if found.unexplained:
             return said("Something is missing from the model, and no effect in the library explains it.")

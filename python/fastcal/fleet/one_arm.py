@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import fastcal
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.evaluation import ErrorStatistics, Evaluation
-from fastcal.errors import FastcalError
+from fastcal.errors import FastcalError, InvalidInput
 from fastcal.fleet.arms import Arm
 from fastcal.fleet.result import NOT_CALIBRATED, ArmResult
 from fastcal.io import inputs
@@ -92,6 +92,8 @@ def diagnose_arm(arm: Arm, options: Mapping[str, Any], *, folder: str | None = N
         return known
     try:
         found = diagnose(_robot(arm.robot), arm.data, test=arm.test, **options)
+        if found.few:
+            raise InvalidInput(found.few)
     except FastcalError as error:
         row = ArmResult(arm.name, NOT_CALIBRATED, checks="all", message=sentence_of(error))
         if folder is not None:

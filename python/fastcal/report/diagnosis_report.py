@@ -37,6 +37,7 @@ from fastcal.report.cell_scene import arm_and_rig, pictures_scene
 from fastcal.report.diagnosis_steps import is_advice, next_steps
 from fastcal.report.diagnosis_words import (
     GRADES,
+    TOO_FEW,
     VERDICTS,
     drop_command,
     name_in_model,
@@ -138,7 +139,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
     arrows = residual_figures.arrows(sets)
     base = np.asarray(found.model.description.base.xyz_mm, float)
     arm = arm_and_rig(found.model, found.steps[0].model, [(train, found.train), (test, found.test)])
-    verdict, tone = VERDICTS[found.verdict]
+    verdict, tone = TOO_FEW if found.few else VERDICTS[found.verdict]
     word = _(verdict)
     if found.misfits:
         kinds = listed([_(misfit.kind.plural) for misfit in found.misfits])
@@ -176,7 +177,7 @@ def _page(found: Diagnosis, simulated: bool, made_by: Mapping[str, Any]) -> str:
         unexplained=None if found.unexplained is None else unexplained_sentence(found.unexplained, _tried(found)),
         unexplained_figures=_unexplained_figures(found, state),
         gap=gap_figure(found),
-        nothing_missing=found.verdict == "none",
+        nothing_missing=found.verdict == "none" and not found.few,
         alternatives=diagnosis_figures.alternatives(found),
         ranking=diagnosis_tables.ranking_table(found),
         confusion=confusion_figure(found),
@@ -211,7 +212,7 @@ def _sections(found: Diagnosis) -> list[tuple[str, str]]:
         *([("found", _("What is missing"))] if found.effects else []),
         *([("unexplained", _("Unexplained"))] if found.unexplained is not None else []),
         ("workspace", _("Workspace")),
-        ("ranking", _("Other causes")),
+        *([("ranking", _("Other causes"))] if found.ranking else []),
         ("unseen", _("Not testable")),
         ("remaining", _("Before and after")),
         ("noise", _("Noise and outliers")),

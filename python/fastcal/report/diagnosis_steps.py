@@ -25,6 +25,8 @@ _SMALL = 0.01  # share of the misfit below which what remains is not worth a sea
 def next_steps(found: Diagnosis) -> list[str]:
     """What to do now, a sentence each."""
     misfits = [_("{advice}; then diagnose again.", advice=look_at(misfit)) for misfit in found.misfits]
+    if found.few:
+        return [*misfits, _("Measure more postures (`fastcal design` plans them), then diagnose again.")]
     if found.verdict == "none":
         return [
             *misfits,

@@ -37,7 +37,8 @@ def _(found: Diagnosis) -> str:
 @summary.register
 def _(found: Diagnosis) -> list[str]:
     fits = "".join(translated("; {what} do not fit", what=translated(m.kind.plural)) for m in found.misfits)
-    lines = [f"{found.model.name}: {translated(_VERDICTS[found.verdict])}{fits}", translated(found.sentence)]
+    verdict = said("too few measurements") if found.few else _VERDICTS[found.verdict]
+    lines = [f"{found.model.name}: {translated(verdict)}{fits}", translated(found.sentence)]
     for finding in found.effects:
         lines += _finding_lines(finding)
     for step in found.gap:

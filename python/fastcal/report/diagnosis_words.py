@@ -27,6 +27,7 @@ VERDICTS = {  # word and tone
     "several": (said("Several"), "good"),
     "unexplained": (said("Something remains, unnamed"), "bad"),
 }
+TOO_FEW = said("Too few measurements"), "caution"
 GRADES = {
     "A": said("it is certain: everything that could be mistaken for it was tested and rejected"),
     "B": said("the data are consistent with it, but something else could look the same"),

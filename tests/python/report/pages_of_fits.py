@@ -249,6 +249,12 @@ def diagnose_few(folder: Path) -> Path:
 
 
 @case
+def diagnose_too_few(folder: Path) -> Path:
+    written(folder, YIELDS, rows=6, test=20)
+    return diagnosed(folder)
+
+
+@case
 def diagnose_suspects(folder: Path) -> Path:
     """The payload column is ten times too large, as grams of ten would be."""
     nominal = written(folder, YIELDS, payload=payloads)

@@ -117,7 +117,7 @@ def rows_that_an_effect_puts_off_are_no_noise() -> None:
 @falls_with(SCATTERED_NOISE=0.0)
 @falls_with(SCATTERED_NOISE=2.0)
 def noise_that_hid_an_effect_is_far_less_without_its_rows() -> None:
-    found, less, far_less = (SimpleNamespace(level=SimpleNamespace(sigma=sigma)) for sigma in (1.0, 0.8, 0.3))
+    found, less, far_less = (SimpleNamespace(level=SimpleNamespace(sigma=sigma), few="") for sigma in (1.0, 0.8, 0.3))
     assert not scattered_rows.are_noise(found, less)
     assert scattered_rows.are_noise(found, far_less)
 
