@@ -15,5 +15,5 @@ def test_a_joint_with_several_waves_is_listed_once() -> None:
         Finding("gear_harmonic", owner, "B", {"order": NamedValue(float(order), 0.0)}, 30.0, 0.0)
         for order, owner in enumerate(owners, start=1)
     ]
-    found: Any = SimpleNamespace(effects=waves)
+    found: Any = SimpleNamespace(effects=waves, few="")
     assert words._causes(found).endswith("a periodic gear or encoder error at joint 1, joint 3.")

@@ -150,7 +150,7 @@ def up_to_four_waves_are_listed_one_by_one() -> None:
             Finding("gear_harmonic", f"joint{k + 1}", "A", {"order": NamedValue(2.0, 0.0)}, 30.0, 0.0)
             for k in range(count)
         ]
-        return words._causes(SimpleNamespace(effects=waves))
+        return words._causes(SimpleNamespace(effects=waves, few=""))
 
     assert sentence(4).count("30 times the noise") == 4
     assert "joint 5 2 times per turn" in sentence(5)
