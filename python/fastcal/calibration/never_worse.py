@@ -27,7 +27,7 @@ from fastcal.said import Said, said
 MANY = 0.1  # of the rows left out: then fits that leave fewer out are looked at
 _AS_FAR = 3.0  # times what base and tool alone miss a gross row by: they lie between all rows, up to half of them gross
 CLEARLY = 0.8  # of what a converged fit misses rows by on average: another that misses them by less is the better one
-ALIKE = 0.9  # of the rows on the same side of a condition's value as of the fit: left out or not
+APART = 0.8  # share of the rows left out less that of the others, on one side of a condition's value
 _SAME = 1e-6  # relative: rounding
 
 
@@ -140,12 +140,13 @@ def share_a_condition(data: Dataset, left_out: IndexArray, judged: BoolArray) ->
     out = out[judged]
     measured = (data.payload, data.temperature, data.approach)
     columns = np.column_stack([np.zeros((len(judged), 0)), *(c for c in measured if c is not None)])[judged]
+    if not out.any() or out.all():
+        return False
     for values in columns.T:
         order = np.argsort(values, kind="stable")
-        steps = np.flatnonzero(np.diff(values[order]) > 0) + 1
-        below = np.cumsum(out[order])[steps - 1] if len(steps) else np.zeros(0)
-        alike = (below + (len(out) - steps) - (out.sum() - below)) / len(out)
-        if np.any(np.maximum(alike, 1 - alike) >= ALIKE):
+        steps = np.flatnonzero(np.diff(values[order]) > 0)
+        part = np.cumsum(out[order])[steps] / out.sum() - np.cumsum(~out[order])[steps] / np.sum(~out)
+        if np.any(np.abs(part) >= APART):
             return True
     return False
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fastcal.calibration.never_worse import share_a_condition
 from fastcal.calibration.problem import prepare
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit, fit
@@ -24,6 +25,8 @@ from fastcal.robot.robot import Robot
 MAX_SCATTERED_SHARE = 0.2
 # What is left without them, of what was left with them, at most: the largest fifth of normal noise takes a fifth of it.
 SCATTERED_NOISE = 0.5
+# The same of what passes for noise beside the rich model.
+CALMER = 0.9
 # The same of what was found with them, for a second search to be worth its time.
 MAY_HIDE = 0.75
 
@@ -40,6 +43,8 @@ def scattered_rows(robot: Robot, data: Dataset) -> list[int]:
     if robust.status != "converged":
         return []
     wrong = isolated_rows(np.asarray(robust.outliers, dtype=np.intp), data)
+    if share_a_condition(data, wrong, data.measured):
+        return []
     least, most = rules.MAX_OUTLIER_SHARE * count, MAX_SCATTERED_SHARE * count
     return [int(i) for i in wrong] if least < len(wrong) <= most else []
 
@@ -62,5 +67,11 @@ def _left(at: Fit) -> float:
 
 
 def are_noise(found: Found, without: Found) -> bool:
-    """Was what is missing hidden by the rows that a second search, `without` them, left out?"""
-    return not without.few and without.level.sigma < SCATTERED_NOISE * found.level.sigma
+    """Was what is missing hidden by the rows that a second search, `without` them, left out?
+
+    Far less must be left of the others, and less of them pass for noise whatever is missing (the rich model): where the
+    rows are part of an effect that has no name, that stays.
+    """
+    if without.few or without.level.sigma > CALMER * found.level.sigma:
+        return False
+    return _left(without.model.fit) * without.level.sigma < SCATTERED_NOISE * _left(found.model.fit) * found.level.sigma

@@ -116,10 +116,20 @@ def rows_that_an_effect_puts_off_are_no_noise() -> None:
 
 @falls_with(SCATTERED_NOISE=0.0)
 @falls_with(SCATTERED_NOISE=2.0)
+@falls_with(CALMER=0.1)
+@falls_with(CALMER=2.0)
 def noise_that_hid_an_effect_is_far_less_without_its_rows() -> None:
-    found, less, far_less = (SimpleNamespace(level=SimpleNamespace(sigma=sigma), few="") for sigma in (1.0, 0.8, 0.3))
-    assert not scattered_rows.are_noise(found, less)
-    assert scattered_rows.are_noise(found, far_less)
+    """And an effect that no name explains passes for noise neither with its rows nor without."""
+    model = beside(small_arm.measured([])).model
+
+    def found(sigma: float, left: float = 1.0) -> SimpleNamespace:
+        noise = replace(model.fit.problem.noise, factor=1.0 / left)
+        at = fit(replace(model.fit.problem, noise=noise), [])
+        return SimpleNamespace(level=SimpleNamespace(sigma=sigma), few="", model=SimpleNamespace(fit=at))
+
+    assert scattered_rows.are_noise(found(1.0), found(0.3))
+    assert not scattered_rows.are_noise(found(1.0), found(0.8))
+    assert not scattered_rows.are_noise(found(1.0, left=4.0), found(0.98))
 
 
 @falls_with(OUTLIER_RUN=1)
