@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,9 +45,9 @@ def rows_in_files(data: Dataset, rows: Sequence[int] | NDArray[np.intp]) -> Said
 
 def _files(data: Dataset) -> list[tuple[str, int, int]]:
     """Each file with its first row and the one behind its last; without a name where the rows came from none."""
-    files = data.source.split(", ")
+    files = [PurePath(path).name for path in data.source.split(", ")]
     if data.station is not None and len(files) > 1:
         ends = [0, *(np.flatnonzero(np.diff(data.station)) + 1).tolist(), len(data)]
         if len(ends) == len(files) + 1:
             return list(zip(files, ends[:-1], ends[1:], strict=True))
-    return [("" if data.source == "arrays" else data.source, 0, len(data))]
+    return [("" if data.source == "arrays" else ", ".join(files), 0, len(data))]
