@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from fastcal.arrays import BoolArray, FloatArray
+from fastcal.arrays import BoolArray, FloatArray, IndexArray
 from fastcal.calibration.consensus import GROSS
 from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.problem import CalibrationProblem
@@ -28,6 +28,7 @@ from fastcal.said import chained, said
 
 CLEARLY = 20.0  # of the criterion, by which one of two readings is the better
 _ROUNDS = 8
+_APART = 0.8  # share of the rows left out less that of the others, on one side of a condition's value
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +78,27 @@ def varying(data: Dataset) -> dict[str, str]:
         if varies(getattr(data, field)):
             out[depends] = name
     return out
+
+
+def share_a_condition(data: Dataset, left_out: IndexArray, judged: BoolArray) -> bool:
+    """Are the rows that a fit leaves out, of those `judged` (N,), just about those beyond some value of a condition?
+
+    A payload, a temperature, a side from which a joint approached: what is missing depends on it.
+    """
+    out = np.zeros(len(judged), dtype=bool)
+    out[left_out] = True
+    out = out[judged]
+    measured = (data.payload, data.temperature, data.approach)
+    columns = np.column_stack([np.zeros((len(judged), 0)), *(c for c in measured if c is not None)])[judged]
+    if not out.any() or out.all():
+        return False
+    for values in columns.T:
+        order = np.argsort(values, kind="stable")
+        steps = np.flatnonzero(np.diff(values[order]) > 0)
+        part = np.cumsum(out[order])[steps] / out.sum() - np.cumsum(~out[order])[steps] / np.sum(~out)
+        if np.any(np.abs(part) >= _APART):
+            return True
+    return False
 
 
 def explaining_effect(problem: CalibrationProblem, near: Residuals) -> Explained | None:

@@ -17,17 +17,16 @@ import numpy as np
 
 from fastcal import _core
 from fastcal.arrays import BoolArray, FloatArray, IndexArray
+from fastcal.calibration.asked_conditions import share_a_condition
 from fastcal.calibration.parameter_limits import PRIOR_SIZES
 from fastcal.calibration.problem import CalibrationProblem
 from fastcal.calibration.residual_checks import Cleared
 from fastcal.calibration.shrinkage import start_of
-from fastcal.measurements.dataset import Dataset
 from fastcal.said import Said, said
 
 MANY = 0.1  # of the rows left out: then fits that leave fewer out are looked at
 _AS_FAR = 3.0  # times what base and tool alone miss a gross row by: they lie between all rows, up to half of them gross
 CLEARLY = 0.8  # of what a converged fit misses rows by on average: another that misses them by less is the better one
-APART = 0.8  # share of the rows left out less that of the others, on one side of a condition's value
 _SAME = 1e-6  # relative: rounding
 
 
@@ -128,27 +127,6 @@ def is_worse(whole: CalibrationProblem, found: _core.Identification, moved: list
     judged = ~np.isnan(errors.before)
     judged[moved] = False
     return bool(judged.any()) and _is_worse(errors, found, _left_out(whole, found), judged)
-
-
-def share_a_condition(data: Dataset, left_out: IndexArray, judged: BoolArray) -> bool:
-    """Are the rows that a fit leaves out, of those `judged` (N,), just about those beyond some value of a condition?
-
-    A payload, a temperature, a side from which a joint approached: what is missing depends on it.
-    """
-    out = np.zeros(len(judged), dtype=bool)
-    out[left_out] = True
-    out = out[judged]
-    measured = (data.payload, data.temperature, data.approach)
-    columns = np.column_stack([np.zeros((len(judged), 0)), *(c for c in measured if c is not None)])[judged]
-    if not out.any() or out.all():
-        return False
-    for values in columns.T:
-        order = np.argsort(values, kind="stable")
-        steps = np.flatnonzero(np.diff(values[order]) > 0)
-        part = np.cumsum(out[order])[steps] / out.sum() - np.cumsum(~out[order])[steps] / np.sum(~out)
-        if np.any(np.abs(part) >= APART):
-            return True
-    return False
 
 
 def _left_out(whole: CalibrationProblem, found: _core.Identification) -> IndexArray:

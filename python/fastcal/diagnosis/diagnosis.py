@@ -20,8 +20,8 @@ from fastcal.calibration.postures import check_postures, too_few_postures
 from fastcal.diagnosis import grading, rivals, rules, suspect_columns, unexplained
 from fastcal.diagnosis.branch_posture import unrecorded_branch
 from fastcal.diagnosis.fits import Fit, fit
-from fastcal.diagnosis.found import Found, verdict_of
-from fastcal.diagnosis.library import Library, build_library, parse_exclusions
+from fastcal.diagnosis.found import Asked, Found, verdict_of
+from fastcal.diagnosis.library import build_library, parse_exclusions
 from fastcal.diagnosis.loop_causes import found_loop_cause
 from fastcal.diagnosis.many_rows import all_moved, searched_rows
 from fastcal.diagnosis.noise import with_estimated_noise
@@ -45,7 +45,6 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
-from fastcal.robot.robot import Robot
 from fastcal.said import capital, joined, said
 
 # Rows that may lie off together and be left out [of all]: of more, the rest is no majority.
@@ -106,19 +105,20 @@ def diagnose(
     notify(said("locating cameras and boards"))
     robot, of_the_rig = found_rig_causes(robot, data, library.names, exclude, threads)
     with workers(threads):
-        found = _without_wrong_rows(robot, data, test, library, sigma, threads, notify)
+        asked = Asked(robot, data, test, library, sigma, threads, notify)
+        found = _without_wrong_rows(asked)
         reading = None
         if found.rows is None:
-            asked = found
+            beside = found
             if suspect_columns.may_be_wrong(data) and found.search.problem.noise.repeatability > 0:
                 # Rows that miss by loads they did not have look like noise of the joints.
-                asked = _found(robot, data, test, library, sigma, threads, notify, found.lost, joints_repeat=True)
-            reading = suspect_columns.suspected(asked.search, asked.told.best)
+                beside = _found(asked, found.lost, joints_repeat=True)
+            reading = suspect_columns.suspected(beside.search, beside.told.best)
         if reading is not None:
             notify(said("trying another reading of a column"))
             data = reading.of(data)
             library = build_library(robot, data, library.excluded)
-            found = _found(robot, data, test, library, sigma, threads, notify, found.lost)
+            found = _found(replace(asked, data=data, library=library), found.lost)
         notify(said("adding the effects found"))
         result = found.result(misfits)
         if reading is not None:
@@ -149,54 +149,38 @@ def _beside(findings: Sequence[Finding], found: Diagnosis) -> Diagnosis:
     return replace(named, sentence=joined(" ", [own, found.sentence]))
 
 
-def _without_wrong_rows(
-    robot: Robot,
-    data: Dataset,
-    test: Dataset | None,
-    library: Library,
-    sigma: float | None,
-    threads: int,
-    notify: Callable[[str], None],
-) -> Found:
+def _without_wrong_rows(asked: Asked) -> Found:
     """`_found`, again without rows that are grossly wrong beside it, or that a robust fit leaves out and rightly."""
-    found = _found(robot, data, test, library, sigma, threads, notify)
+    found = _found(asked)
     for _ in range(rules.MAX_REFITS):
         gross = found.gross
         if not gross:
             break
         lost = sorted({*found.lost, *gross})
-        notify(said("trying without {count} rows that nothing explains", count=len(lost)))
-        found = _found(robot, data, test, library, sigma, threads, notify, lost)
-    scattered = scattered_rows(robot, data)
+        asked.notify(said("trying without {count} rows that nothing explains", count=len(lost)))
+        found = _found(asked, lost)
+    scattered = scattered_rows(asked.robot, asked.data)
     if not scattered or not may_hide(found, scattered):
         return found
     lost = sorted({*found.lost, *scattered})
-    notify(said("trying without {count} rows that nothing explains", count=len(lost)))
-    without = _found(robot, data, test, library, sigma, threads, notify, lost)
+    asked.notify(said("trying without {count} rows that nothing explains", count=len(lost)))
+    without = _found(asked, lost)
     return without if are_noise(found, without) else found
 
 
-def _found(
-    robot: Robot,
-    data: Dataset,
-    test: Dataset | None,
-    library: Library,
-    sigma: float | None,
-    threads: int,
-    notify: Callable[[str], None],
-    lost: Sequence[int] = (),
-    *,
-    joints_repeat: bool = False,
-) -> Found:
+def _found(asked: Asked, lost: Sequence[int] = (), *, joints_repeat: bool = False) -> Found:
     """`diagnose` without its result, its arguments checked; `lost` are rows that are not looked at.
 
     `joints_repeat`: as `Problem` has it.
     """
+    robot, data, sigma, threads, notify = asked.robot, asked.data, asked.sigma, asked.threads, asked.notify
     notify(said("fitting the geometry"))
     trusted = without_measured(data, np.array(lost, dtype=np.intp)) if lost else data
     rows = searched_rows(trusted, robot)
     looked_at = trusted if rows is None else trusted.select(rows)
-    problem = prepared_problem(robot, looked_at, library.names, claimed(looked_at, sigma), threads, library.excluded)
+    problem = prepared_problem(
+        robot, looked_at, asked.library.names, claimed(looked_at, sigma), threads, asked.library.excluded
+    )
     problem = replace(problem, joints_repeat=joints_repeat)
     geometry = fit(problem, [])
     few = _too_few_postures(looked_at, geometry)
@@ -206,12 +190,12 @@ def _found(
         plain = rivals.Rivals(Search(replace(problem, names=[]), notify))
         told = Told(plain.search.start, plain.search.start, remains=False, unsure={})
         written = best_of_few(plain)
-        return Found(robot, data, rows, test, plain.search, written, told, library, level, sigma, threads, few=few)
+        return Found(asked, rows, plain.search, written, told, level, few=few)
     moved = all_moved(level.moved, trusted, rows)
     if moved and len(lost) + len(moved) <= MAX_MOVED_SHARE * data.measured.sum():
         notify(said("trying without {count} rows that are off together", count=len(moved)))
         gone = sorted({*lost, *moved})
-        return _found(robot, data, test, library, sigma, threads, notify, gone, joints_repeat=joints_repeat)
+        return _found(asked, gone, joints_repeat=joints_repeat)
     plain, best, level = searched(problem, level, sigma, notify)
     search = plain.search
     if not best.suffices and (search.explains_little(best) or unexplained.one_block_does_better(search, best)):
@@ -226,7 +210,7 @@ def _found(
     is_curved = remains or sum(map(is_periodic, best.names)) > 1  # waves of several orders draw any curve
     if is_curved and search.problem.noise.repeatability > 0:
         notify(said("trying without noise of the joints"))
-        return _found(robot, data, test, library, sigma, threads, notify, lost, joints_repeat=True)
+        return _found(asked, lost, joints_repeat=True)
     if is_curved:
         profiles = unexplained.curved_joints(best) if curve is None else [rivals.profile(curve[0])]
         model = plain.best_predicting(best, profiles)
@@ -242,7 +226,7 @@ def _found(
         simpler = {id(one.fit): one for one in map(rivals.bare, (search.start, model.state))}
         written = best_with_surrogate(written, list(simpler.values()), level, threads)
     told = beside_plain(told, written) if written.is_plain else told
-    return Found(robot, data, rows, test, search, written, told, library, level, sigma, threads, tuple(lost))
+    return Found(asked, rows, search, written, told, level, tuple(lost))
 
 
 def _too_few_postures(data: Dataset, plain: Fit) -> str:

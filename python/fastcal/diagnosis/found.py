@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -56,20 +56,28 @@ from fastcal.said import first_few, said
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """The set that was found, before its result is made."""
+class Asked:
+    """What a diagnosis is asked: arm, rows, held-out rows, causes; the arguments of `diagnose`, checked."""
 
     robot: Robot
     data: Dataset
-    rows: NDArray[np.intp] | None  # that were searched; None: all
     test: Dataset | None
+    library: Library
+    sigma: float | None
+    threads: int
+    notify: Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The set that was found, before its result is made."""
+
+    asked: Asked
+    rows: NDArray[np.intp] | None  # that were searched; None: all
     search: Search
     written: Judged
     told: Told
-    offered: Library
     level: NoiseLevel
-    sigma: float | None
-    threads: int
     lost: tuple[int, ...] = ()  # rows that were not looked at
     few: str = ""  # why no cause was looked for; empty: they were
 
@@ -94,7 +102,7 @@ class Found:
     def whole(self) -> Problem:
         """All rows but for those out of reach."""
         at = self.search.start.fit if self.written.holds_the_arm else self.model.fit
-        return self.search.problem if self.rows is None else on_all_rows(at, self.data)
+        return self.search.problem if self.rows is None else on_all_rows(at, self.asked.data)
 
     @cached_property
     def fit(self) -> Fit:
@@ -125,13 +133,13 @@ class Found:
         proofs = [grading.evidence(search, best, name) for name in best.names]
         order = sorted(range(len(best.names)), key=lambda k: -proofs[k].statistic)
         names = [best.names[k] for k in order if best.names[k] in self.model.state.names]
-        judge = adaptation.Judge(self.data, self.test, self.threads)
+        judge = adaptation.Judge(self.asked.data, self.asked.test, self.asked.threads)
         written = [of_corners(at) for at in self._written(names)]
         level = with_joints_of_pictures(replace(self.level, noise=search.problem.noise), written[-1])
         steps = each(lambda at: judge.adapted(at, level.sigma), written)
         profiles = self.model.profiles
         remaining = self._remaining(steps[0], outliers)
-        kept = self.data.measured.copy()
+        kept = self.asked.data.measured.copy()
         kept[outliers] = False
         gap = adaptation.gap(steps, written, kept, names, self.written.added)
         last = replace(written[-1], problem=self.fit.problem, squares=None)
@@ -153,15 +161,15 @@ class Found:
         if more is not None and step is not None:
             steps, gap = [*steps, more], [*gap, step]
         end = steps[-1]
-        misfits = [*left_out, *kind_misfits(end.model, self.data, end.train, end.unknowns, self.threads)]
-        runs = row_run_notes(self.data, outliers, steps[-1].train.error_after)
-        doubts = noise_doubts(over_claim(self.level, self.data, self.sigma), search.problem.noise.memory)
+        misfits = [*left_out, *kind_misfits(end.model, self.asked.data, end.train, end.unknowns, self.asked.threads)]
+        runs = row_run_notes(self.asked.data, outliers, steps[-1].train.error_after)
+        doubts = noise_doubts(over_claim(self.level, self.asked.data, self.asked.sigma), search.problem.noise.memory)
         found = Diagnosis(
             verdict=verdict_of(findings, remaining),
             sentence="",
             effects=findings,
             unexplained=remaining,
-            untestable=sensitivity.untestable(search, self.offered),
+            untestable=sensitivity.untestable(search, self.asked.library),
             outliers=outliers,
             noise=noise_by_kind(self.search.problem, level.sigma, level.source),
             sigma_source=level.source,
@@ -176,7 +184,7 @@ class Found:
             final=self.told.final,
             plan=self._plan(equivalents),
             plain=self.written.words if self.written.is_plain else None,
-            notes=[*self.data.notes, *runs, *doubts, *self._limits(remaining)],
+            notes=[*self.asked.data.notes, *runs, *doubts, *self._limits(remaining)],
             misfits=misfits,
             converged=self.fit.converged,
             few=self.few,
@@ -197,13 +205,13 @@ class Found:
     def _limits(self, remaining: Unexplained | None) -> list[str]:
         """What the search did not look at, or can't tell apart, in sentences."""
         out = []
-        if (remaining is not None or self.model.profiles) and along_a_path(self.data):
+        if (remaining is not None or self.model.profiles) and along_a_path(self.asked.data):
             out.append(
                 "successive poses lie near each other, so that noise which changes slowly looks like a cause without a "
                 "name: measure some of these poses again in another order"
             )
         if self.rows is not None:
-            share = f"{len(self.rows)} of {int(self.data.measured.sum())} measured rows"
+            share = f"{len(self.rows)} of {int(self.asked.data.measured.sum())} measured rows"
             out.append(f"causes were searched for in {share}, spread evenly; the models are fitted to all of them")
         if self.search.is_cut_short:
             out.append(
@@ -214,17 +222,17 @@ class Found:
 
     def _stands(self, model: Robot) -> bool:
         """Does the diagnosis of the model that is written, from its first fit and noise on, find nothing new?"""
-        asked = {name.key for name in self.offered.names}
-        names = [name for name in build_library(model, self.data).names if name.key in asked]
+        asked = {name.key for name in self.asked.library.names}
+        names = [name for name in build_library(model, self.asked.data).names if name.key in asked]
         data = self.search.problem.data
-        problem = prepared_problem(model, data, names, claimed(data, self.sigma), self.threads)
+        problem = prepared_problem(model, data, names, claimed(data, self.asked.sigma), self.asked.threads)
         problem = replace(problem, joints_repeat=self.search.problem.joints_repeat)
-        problem, _level = with_estimated_noise(problem, fit(problem, []), self.sigma)
+        problem, _level = with_estimated_noise(problem, fit(problem, []), self.asked.sigma)
         return Search(problem).start.suffices
 
     def _plan(self, equivalents: list[list[SearchNode]]) -> SeparatingPlan | None:
         """Poses that would tell the names of a set apart, where there is one and points were measured."""
-        if self.data.position is None:
+        if self.asked.data.position is None:
             return None
         others = [[replacement(self.best, state) for state in states] for states in equivalents]
         return separating_plan(self.best, others)
@@ -251,7 +259,7 @@ class Found:
         if self.rows is None and is_named:
             return sorted({*out_of_reach(self.best.fit), *self.lost})
         # What is missing from a poorer model puts no row on the list.
-        return [int(i) for i in np.flatnonzero(self.data.measured & ~self.reaches)]
+        return [int(i) for i in np.flatnonzero(self.asked.data.measured & ~self.reaches)]
 
     def _having(self, name: Hypothesis, model: Robot) -> Robot:
         """The written model where it has the name, and surely; else that of all names."""
@@ -293,7 +301,9 @@ class Found:
         values = adaptation.values(self._having(name, model), name.entry)
         if grading.is_turned(self.best.fit.effect(name).data_columns, values):
             grade, limits = max(grade, "B"), (*limits, Because(Reason.TURNED_DIRECTION))
-        doubts = grading.doubts(bool(self.offered.excluded), over_claim(self.level, self.data, self.sigma))
+        doubts = grading.doubts(
+            bool(self.asked.library.excluded), over_claim(self.level, self.asked.data, self.asked.sigma)
+        )
         if grade == "A" and doubts:
             grade, limits = "B", doubts
         if grade == "B" and remaining is not None:  # it may do the work of what has no name: most such names were wrong

@@ -186,7 +186,7 @@ def best_of_few(rivals: Rivals) -> Judged:
     """Of few postures: of the geometry, the same held near nominal, base and tool alone, what predicts others best."""
     found = bare(rivals.search.start)
     own = judged(found, is_plain=False)
-    plain = [one for one in _plain(rivals, found, remains=False) if one.is_as_simple]
+    plain = [one for one in _plain(rivals, found, remains=False, richer=False) if one.is_as_simple]
     best = max([own, *plain], key=lambda one: gain(one.squares, own.squares)[0])
     return replace(best, is_plain=True, lead=gain(best.squares, own.squares)[0])
 
@@ -251,19 +251,19 @@ def beside_plain(told: Told, written: Judged) -> Told:
     return Told(told.best, final, unexplained.remains(final), gone | told.unsure)
 
 
-def _plain(rivals: Rivals, found: Model, *, remains: bool) -> Iterator[Judged]:
+def _plain(rivals: Rivals, found: Model, *, remains: bool, richer: bool = True) -> Iterator[Judged]:
     """The plain models, those with the names first, by least squares where that differs; those that hold the arm last.
 
     Of many rows only those without the names, and of these by least squares the geometry alone: what differs is little.
     """
     search = rivals.search
     start, named = search.start, found.state
-    richer = [] if start.suffices else list(_additions(rivals, curved=remains))
+    additions = list(_additions(rivals, curved=remains)) if richer and not start.suffices else []
     few = len(start.fit.problem.rows) <= rules.CHOSEN_AGAIN_ROWS
     states = [named, start] if few and named.names and not start.suffices else [start]
     for state in states:
         size = rivals.arm_size if state is start else arm_size(state.fit) if few and remains else None
-        for entries in ([], *richer):
+        for entries in ([], *additions):
             tried = _beside(state, entries)
             for problem, is_measured in _ways(state, tried, few=few):
                 if entries and is_measured and not few:

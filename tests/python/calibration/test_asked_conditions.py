@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fastcal import Robot, load_robot, simulate
-from fastcal.calibration.asked_conditions import criterion
+from fastcal.calibration.asked_conditions import criterion, share_a_condition
 from fastcal.calibration.calibrate import CalibrationResult, calibrate
 from fastcal.calibration.simulation import perturbed, random_poses
 from fastcal.measurements.dataset import Dataset
@@ -98,3 +98,12 @@ def test_a_move_beside_a_load_is_told_with_it() -> None:
 
 def test_the_criterion_is_schwarzs() -> None:
     assert criterion(2.0, 100, 3) == pytest.approx(100 * np.log(2) + 3 * np.log(100))
+
+
+def test_a_condition_is_told_by_the_value_that_parts_the_rows() -> None:
+    payload = np.repeat([0.0, 5.0, 10.0], 20)
+    data, judged = Dataset.from_arrays(np.zeros((60, 6)), payload=payload), np.ones(60, dtype=bool)
+    assert share_a_condition(data, np.arange(41, 60), judged)  # but for a row
+    assert share_a_condition(data, np.arange(20), judged)
+    assert not share_a_condition(data, np.arange(0, 60, 3), judged)
+    assert not share_a_condition(Dataset.from_arrays(np.zeros((60, 6))), np.arange(20), judged)

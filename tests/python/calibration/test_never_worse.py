@@ -8,7 +8,7 @@ import pytest
 from fastcal import Robot, load_robot, simulate
 from fastcal.calibration import best_fit as fitting
 from fastcal.calibration.calibrate import calibrate
-from fastcal.calibration.never_worse import Errors, share_a_condition
+from fastcal.calibration.never_worse import Errors
 from fastcal.calibration.problem import CalibrationProblem, prepare
 from fastcal.calibration.shrinkage import start_of
 from fastcal.calibration.simulation import perturbed, random_poses
@@ -147,12 +147,3 @@ def test_rows_of_one_payload_are_no_outliers() -> None:
     assert result.train.before is not None
     assert result.train.after is not None
     assert result.train.after.rms <= result.train.before.rms
-
-
-def test_a_condition_is_told_by_the_value_that_parts_the_rows() -> None:
-    payload = np.repeat([0.0, 5.0, 10.0], 20)
-    data, judged = Dataset.from_arrays(np.zeros((60, 6)), payload=payload), np.ones(60, dtype=bool)
-    assert share_a_condition(data, np.arange(41, 60), judged)  # but for a row
-    assert share_a_condition(data, np.arange(20), judged)
-    assert not share_a_condition(data, np.arange(0, 60, 3), judged)
-    assert not share_a_condition(Dataset.from_arrays(np.zeros((60, 6))), np.arange(20), judged)
