@@ -79,7 +79,7 @@ def test_however_clear_it_is(monkeypatch: pytest.MonkeyPatch, is_part: bool, gra
     found: Any = mock.MagicMock()
     found.best.names, found.told.unsure, found.written.is_plain = [wave], {}, False
     found.best.fit.effect.return_value.data_columns = []
-    found.offered.excluded, found.search.most = frozenset(), 4
+    found.asked.library.excluded, found.search.most = frozenset(), 4
     found._is_part_of_a_curve.return_value, found._chance.return_value = is_part, 0.0
     proof = SimpleNamespace(statistic=2500.0, rank=2, gain=(0.5, 0.1), stability=1.0)
     finding = Found._finding(found, 0, [proof], [], found, None)  # type: ignore[list-item]
