@@ -18,6 +18,7 @@ from fastcal.calibration.pictures import check_pictures, judged_pictures
 from fastcal.calibration.placed_test import other_place_notes, placing_notes
 from fastcal.calibration.postures import check_postures, too_few_postures
 from fastcal.diagnosis import grading, rivals, rules, suspect_columns, unexplained
+from fastcal.diagnosis.against_load import is_against_load, with_deflections_against_load
 from fastcal.diagnosis.branch_posture import unrecorded_branch
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.found import Asked, Found, verdict_of
@@ -207,6 +208,9 @@ def _found(asked: Asked, lost: Sequence[int] = (), *, joints_repeat: bool = Fals
     notify(said("testing alternative causes"))
     model = rivals.bare(best)
     remains = unexplained.remains(best)
+    other = _against_load(asked, search, best, lost, joints_repeat=joints_repeat) if remains else None
+    if other is not None:
+        return other
     is_curved = remains or sum(map(is_periodic, best.names)) > 1  # waves of several orders draw any curve
     if is_curved and search.problem.noise.repeatability > 0:
         notify(said("trying without noise of the joints"))
@@ -227,6 +231,18 @@ def _found(asked: Asked, lost: Sequence[int] = (), *, joints_repeat: bool = Fals
         written = best_with_surrogate(written, list(simpler.values()), level, threads)
     told = beside_plain(told, written) if written.is_plain else told
     return Found(asked, rows, search, written, told, level, tuple(lost))
+
+
+def _against_load(
+    asked: Asked, search: Search, best: SearchNode, lost: Sequence[int], *, joints_repeat: bool
+) -> Found | None:
+    """What is found with deflections against their loads, if that leaves nothing; else None."""
+    library = with_deflections_against_load(asked.library, search, best)
+    if library is None:
+        return None
+    asked.notify(said("trying deflections against their loads"))
+    found = _found(replace(asked, library=library), lost, joints_repeat=joints_repeat)
+    return found if not found.told.remains and any(map(is_against_load, found.best.names)) else None
 
 
 def _too_few_postures(data: Dataset, plain: Fit) -> str:

@@ -14,6 +14,7 @@ from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules, unexplained
+from fastcal.diagnosis.against_load import is_against_load
 from fastcal.diagnosis.held_out import folds
 from fastcal.diagnosis.held_out_gains import beyond, gains
 from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
@@ -247,7 +248,8 @@ def may_be_another(
     A name may make up for the form of a much stronger one, of what remains, or, with others that change with time or
     temperature, for a law that is none of theirs, unless its signal is that of grade A. Waves have one form: none makes
     up for another's. A name behind which most parts of the data do not stand, or what yields to loads more than any
-    arm, does the work of something else; and what stands for an unknown weight has any law of its load.
+    arm, does the work of something else; what stands for an unknown weight has any law of its load; nothing deflects
+    against its load.
 
     Args:
         found: The evidence for it.
@@ -274,6 +276,7 @@ def may_be_another(
         ),
         (found.follows_loads and not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
         (name.traits.without_masses, Because(Reason.NO_MASSES)),
+        (is_against_load(name), Because(Reason.AGAINST_LOAD)),
     ]
     jumps = (because for because in found.alike if because.reason is Reason.OWN_JUMP)
     return (*jumps, *(because for is_met, because in limits if is_met))

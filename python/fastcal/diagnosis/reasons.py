@@ -34,6 +34,7 @@ class Reason(Enum):
     UNSTABLE = "parts of the data put another hypothesis first"
     OWN_MODEL = "the diagnosis of its own model finds more"
     TURNED_DIRECTION = "its lost motion is negative"
+    AGAINST_LOAD = "it deflects against its load"
     LOAD_MODIFIER = "a large effect of loads may have this form"
     UNSURE_COMPANION = "another effect in the set is uncertain"
     NAMES_EXCLUDED = "not every cause was tested"
@@ -62,6 +63,7 @@ MAY_BE_ANOTHER = frozenset(
         Reason.NO_MASSES,
         Reason.SOMETHING_REMAINS,
         Reason.OWN_JUMP,
+        Reason.AGAINST_LOAD,
     ]
 )
 

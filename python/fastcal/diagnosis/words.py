@@ -85,6 +85,10 @@ _REASONS = {
     Reason.TURNED_DIRECTION: (
         "its size is negative, which is impossible for a gear: the sign of its approach column is probably reversed"
     ),
+    Reason.AGAINST_LOAD: (
+        "nothing deflects against its load: a controller that already compensates for deflection, with too soft an arm "
+        "or too heavy a load, leaves this, or gravity points elsewhere than assumed"
+    ),
     Reason.LOAD_MODIFIER: "it may reflect the form of a large load effect rather than a separate cause",
     Reason.UNSURE_COMPANION: "another effect in the set is uncertain, and may compensate for an error in its form",
     Reason.NAMES_EXCLUDED: (

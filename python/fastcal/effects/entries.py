@@ -35,6 +35,7 @@ _OF_CALIBRATION = ("curvature", "prior", "spread")  # options that the core does
 _APART = (
     "order",
     "side",
+    "sign",
     "column",
     "axis",
 )  # options that make two entries of one effect and owner two different causes

@@ -57,5 +57,18 @@ TEST(JointCompliance, WrenchesLoadItAtThePayloadsCentre) {
   EXPECT_NEAR(twists(model, samples)(5, joint_frame(0)), 127e-5, 1e-16);
 }
 
+TEST(JointCompliance, AgainstItsLoadItTurnsBack) {
+  RobotDescription description = level_description();
+  description.p_flange_payload = {0.1, 0, 0};
+  const Options against{{"sign", std::string("against")}};
+  const Twists along =
+      twists(with(level_arm(description), {{"joint_compliance", "joint1", {1e-5}, {}}}), posture({0}, 20));
+  const Twists back =
+      twists(with(level_arm(description), {{"joint_compliance", "joint1", {1e-5}, against}}), posture({0}, 20));
+  EXPECT_LT(along(5, joint_frame(0)), -1e-3);
+  EXPECT_NEAR(back(5, joint_frame(0)), -along(5, joint_frame(0)), 1e-3 * back(5, joint_frame(0)));  // other postures
+  EXPECT_THROW(make_effect("joint_compliance", level_arm(), "joint1", {{"sign", std::string("up")}}), InvalidInput);
+}
+
 }  // namespace
 }  // namespace fastcal::test

@@ -30,6 +30,17 @@ TEST(LinkBending, SagsAndSlopesAtTheFarEnd) {
   EXPECT_NEAR(xi.norm(), xi.col(link_frame(0)).norm(), 0);
 }
 
+TEST(LinkBending, AgainstItsLoadItRises) {
+  RobotDescription description = level_description();
+  description.p_flange_payload = {0.1, 0, 0};
+  const Options against{{"sign", std::string("against")}};
+  const ErrorModel model =
+      with(level_arm(description), {{"link_bending", "link1", {1 / kEI}, against}}).with_equilibrium(false);
+  EXPECT_EQ(model.effects()[0]->parameters()[0].name, "excess_inverse_ei");
+  const Twists xi = twists(model, posture({0}, 20));
+  EXPECT_TRUE(xi.col(link_frame(0)).isApprox((Vector6d() << 0, kSag, 0, 0, 0, kSlope).finished(), 1e-14));
+}
+
 TEST(LinkBending, AnUprightLinkDoesNotBend) {
   const ErrorModel model = with(level_arm(), {{"link_bending", "link1", {1 / kEI}, {}}}).with_equilibrium(false);
   EXPECT_LT(twists(model, posture({kHalfPi}, 20)).norm(), 1e-18);

@@ -32,6 +32,7 @@ SIGMA = 4e-5  # [m]
 # Values of each option that a file or a search may give, as a file writes it.
 VALUES: dict[str, list[dict[str, Any]]] = {
     "side": [{"side": "load"}, {"side": "motor"}],
+    "sign": [{"sign": "against"}],
     "width": [{"width_nm": 5.0}, {"width_nm": 50.0}],
     "t0": [{"t0_c": 21.0}, {"t0_s": 30.0}],
     "lag": [{"lag_s": 6.0}, {"lag_s": 12.0}],

@@ -28,6 +28,8 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, float]]] = {
     ),
     "backlash@joint3": ({}, {"gap_rad": 4e-4}),
     "backlash@joint2:side=load:width_nm=5": ({"side": "load", "width_nm": 5.0}, {"load_gap_rad": 5e-4}),
+    "joint_compliance@joint2:sign=against": ({"sign": "against"}, {"excess_compliance_rad_nm": 4e-7}),
+    "link_bending@link2:sign=against": ({"sign": "against"}, {"excess_inverse_ei_1_nm2": 4e-7}),
     "posture_backlash@joint1<-joint2": ({"at_deg": -72.0}, {"gap_rad": 6e-4}),
     "posture_backlash@joint5<-joint3": ({"at_deg": -25.0}, {"gap_rad": -8e-4}),
     "encoder_jump@joint3": ({"at_deg": -25.0}, {"jump_rad": 6e-4}),

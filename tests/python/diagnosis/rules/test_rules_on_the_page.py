@@ -43,6 +43,7 @@ SHARED = {
     Reason.NO_MASSES: "the robot file has no masses",
     Reason.IMPLAUSIBLE: "it would have to be implausibly large",
     Reason.TURNED_DIRECTION: "its size is negative",
+    Reason.AGAINST_LOAD: "nothing deflects against its load",
 }
 # Those of what is given and not written, which the page answers in one paragraph.
 NOT_WRITTEN = {
