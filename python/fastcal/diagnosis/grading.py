@@ -231,6 +231,7 @@ def grade(
         ),
         (name.traits.role == "load modifier", Because(Reason.LOAD_MODIFIER)),
         (name.traits.without_masses, Because(Reason.NO_MASSES)),
+        (is_against_load(name), Because(Reason.AGAINST_LOAD)),
     ]
     met = (*(because for is_met, because in limits if is_met), *found.alike)
     return ("B" if met else "A"), met
