@@ -307,7 +307,13 @@ def finding_in_words(f: Finding) -> Said:
         return said("{cause}, at {time:.6g} s", cause=cause, time=f.told_apart_by["at_s"])
     if "at_row" in f.told_apart_by:
         return said("{cause}, at row {row:.0f}", cause=cause, row=f.told_apart_by["at_row"])
+    if _is_against_load(f):
+        return said("{cause}, against its load", cause=cause)
     return cause
+
+
+def _is_against_load(f: Finding) -> bool:
+    return any(limit.reason is Reason.AGAINST_LOAD for limit in f.limits)
 
 
 def _doubtful(f: Finding) -> Said:
@@ -319,6 +325,12 @@ def _doubtful(f: Finding) -> Said:
         return said("{cause} is possible, but no more than that.", cause=what)
     if any(limit.reason is Reason.WORSE_ON_TEST_POSES for limit in f.limits[:1]):
         return said("{cause} explains the measured poses, but the test poses are predicted worse with it.", cause=what)
+    if _is_against_load(f):
+        return said(
+            "{cause}: a controller that compensates for more deflection than there is leaves this, or gravity points "
+            "elsewhere than assumed.",
+            cause=what,
+        )
     if any(limit.reason in MAY_BE_ANOTHER for limit in f.limits[:1]):
         because = said("the cause may be another one")
     else:

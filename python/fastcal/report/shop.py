@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _MOST = 3  # numbers that are listed one by one
 _NUMBERS = {"inverse_ei": "1/EI", "inverse_gj": "1/GJ", "extra": said("mass"), "error": said("relative error")}
+_NUMBERS |= {"excess_inverse_ei": said("excess 1/EI"), "excess_compliance": said("excess compliance")}
 _NUMBERS |= {
     word.replace(" ", "_"): word
     for word in (

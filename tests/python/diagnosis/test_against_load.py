@@ -39,6 +39,7 @@ def test_too_much_compensation_is_found_and_never_sure(seed: int, times: float) 
     assert (name.effect, name.owner, name.grade) == ("joint_compliance", "joint2", "C")
     assert name.limits[0].reason is Reason.AGAINST_LOAD
     assert found.unexplained is None
+    assert "deflection under load), against its load: a controller that compensates for more" in found.sentence
     value = name.parameters["excess_compliance_rad_nm"]
     assert value.std is not None
     assert abs(value.value - times * SOFT) < 4 * value.std < 0.2 * times * SOFT
