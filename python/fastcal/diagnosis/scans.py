@@ -249,19 +249,22 @@ def at_best_moment(name: Hypothesis, state: SearchNode) -> Hypothesis:
         return from_moment(bare, at, data)
     if jumps_with_posture(name.effect):
         q = data.q[:, source_of(name.owner).index]
-        at, _ = _best_step(state.fit, from_position(bare, -np.inf, robot), q, rules.MIN_ROWS_BESIDE_STEP)
+        at, _ = _best_step(state.fit, from_position(bare, -np.inf, robot), q)
         return from_position(bare, at, robot)
     return name
 
 
-def _best_step(fit: Fit, always: Hypothesis, course: FloatArray, fewest: int = 1) -> tuple[float, float]:
-    """`find_step` along a course (N,) of the rows, of a step that `always` has before every row."""
+def _best_step(fit: Fit, always: Hypothesis, course: FloatArray) -> tuple[float, float]:
+    """`find_step` along a course (N,) of the rows, of a step that `always` has before every row.
+
+    Fewer than MIN_ROWS_BESIDE_STEP on one side are rows that are wrong, or leave others free to follow something else.
+    """
     A, r, row = fit.standardized
     measured = row >= 0
     step = columns_at(fit, [always], as_measured=True).values[: int(measured.sum())]
     # Half of a jump stays on either side: a step with a shift of all rows.
     others = np.hstack([A[measured], step]) if jumps_with_posture(always.effect) else A[measured]
-    return find_step(others, step, -r[measured], row[measured], course, fewest)
+    return find_step(others, step, -r[measured], row[measured], course, rules.MIN_ROWS_BESIDE_STEP)
 
 
 def beside_lost_rows(search: Search, best: SearchNode) -> SearchNode:

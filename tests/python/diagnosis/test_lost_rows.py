@@ -9,7 +9,8 @@ import pytest
 
 from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.problem import Problem
-from fastcal.diagnosis.scans import beside_lost_rows
+from fastcal.diagnosis.rules import MIN_ROWS_BESIDE_STEP
+from fastcal.diagnosis.scans import at_best_moment, beside_lost_rows
 from fastcal.diagnosis.search import Search
 from fastcal.diagnosis.variants import from_moment, from_position
 
@@ -59,3 +60,14 @@ def test_a_base_steps_beside_the_row_that_says_so(cut: int) -> None:
     problem, own = set_with(bare | {"at_s": true, "parameters": {"step_x_mm": 1.0}}, course)
     name = placed(problem, from_moment(bare, float(own[[0, -1]].mean()), problem.kept))
     assert own[cut] < name.entry["at_s"] < own[cut + 1]
+
+
+@pytest.mark.parametrize("row", [0, small_arm.ROWS - 2])
+def test_a_row_or_two_are_no_side_of_a_step(row: int) -> None:
+    """Beside another step there, a jump of the range was the constant by which it was off in all rows but one."""
+    bare = {"effect": "base_step", "owner": "base", "parameters": {}}
+    stepped = bare | {"at_s": 10.0 * row + 5.0, "parameters": {"step_x_mm": 1.0}}
+    problem = small_arm.problem(small_arm.measured([stepped], time=10.0 * np.arange(small_arm.ROWS)))
+    name = at_best_moment(from_moment(bare, 205.0, problem.kept), Search(problem).start)
+    before = int(np.sum(problem.kept.time < name.entry["at_s"]))
+    assert min(before, len(problem.kept) - before) >= MIN_ROWS_BESIDE_STEP
