@@ -14,6 +14,7 @@ from fastcal.calibration.repeatability import pose_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.hypothesis import Hypothesis
+from fastcal.diagnosis.variants import effect_has_moment, moment_of, order_of_rows
 from fastcal.place import place_of
 from fastcal.robot.se3 import inverse
 
@@ -25,6 +26,19 @@ _OTHERWISE = 0.1  # of the moves of the nominal arm: a real one's lengths and ra
 def is_impossible(at: Fit, name: Hypothesis) -> bool:
     """Is an added name beyond its bounds, or does its law bend where no rows are, or follow no load?"""
     return is_beyond_bounds(at, name) or bends_unseen(at, name) or bears_little(at, name)
+
+
+def step_around_few_rows(at: Fit) -> bool:
+    """Does something step, and the same or something else step soon after, around fewer than MIN_ROWS_BESIDE_STEP rows?
+
+    Where one undoes the other, as a base that turns back what joint 1's zero did, it is these rows that are wrong. What
+    steps together, with no row in between, is one event.
+    """
+    moments = sorted(moment_of(name) for name in at.added if effect_has_moment(name.effect))
+    if len(moments) < 2:
+        return False
+    between = np.diff(np.searchsorted(np.sort(order_of_rows(at.problem.kept)), moments))
+    return bool(np.any((between > 0) & (between < rules.MIN_ROWS_BESIDE_STEP)))
 
 
 def is_beyond_bounds(at: Fit, name: Hypothesis) -> bool:

@@ -36,6 +36,7 @@ from fastcal.diagnosis.variants import (
     from_position,
     from_the_beginning,
     jumps_with_posture,
+    moment_of,
     order_of_rows,
     scanned,
     with_number,
@@ -153,7 +154,7 @@ def _next_step(name: Hypothesis, state: SearchNode) -> Hypothesis | None:
 
 def _leaves_rows_between(steps: Sequence[Hypothesis], data: Dataset) -> bool:
     """Are there enough rows between any two steps? There and back around a row or two is a gross error of these."""
-    moments = sorted(_moment(step) for step in steps)
+    moments = sorted(moment_of(step) for step in steps)
     part = np.searchsorted(moments, order_of_rows(data), side="right")
     return bool(np.all(np.bincount(part, minlength=len(steps) + 1)[1:-1] >= rules.MIN_ROWS_BESIDE_STEP))
 
@@ -286,7 +287,7 @@ def _between_lost_rows(name: Hypothesis, problem: Problem) -> list[Hypothesis]:
     """The name between each two neighbours of the rows that were left out where it is, and the fitted ones there."""
     data, robot = problem.data, problem.start.robot
     if effect_has_moment(name.effect):
-        course, at = order_of_rows(data), _moment(name)
+        course, at = order_of_rows(data), moment_of(name)
     elif jumps_with_posture(name.effect):
         joint = source_of(name.owner).index
         option, unit = position_option(robot.joint_types[joint])
@@ -306,11 +307,6 @@ def _between_lost_rows(name: Hypothesis, problem: Problem) -> list[Hypothesis]:
         for middle in (ends[1:] + ends[:-1]) / 2
     ]
     return [replace(one, has_its_moment=name.has_its_moment) for one in there]
-
-
-def _moment(step: Hypothesis) -> float:
-    """When a step is [s], or its row."""
-    return float(step.entry["at_s" if "at_s" in step.entry else "at_row"])
 
 
 def _left_of_lost_rows(at: Fit) -> float:

@@ -26,7 +26,7 @@ MAX_SCATTERED_SHARE = 0.2
 # What is left without them, of what was left with them, at most: the largest fifth of normal noise takes a fifth of it.
 SCATTERED_NOISE = 0.5
 # The same of what passes for noise beside the rich model.
-_CALMER = 0.9
+CALMER = 0.9
 # The same of what was found with them, for a second search to be worth its time.
 MAY_HIDE = 0.75
 
@@ -72,6 +72,6 @@ def are_noise(found: Found, without: Found) -> bool:
     Far less must be left of the others, and less of them pass for noise whatever is missing (the rich model): where the
     rows are part of an effect that has no name, that stays.
     """
-    if without.few or without.level.sigma > _CALMER * found.level.sigma:
+    if without.few or without.level.sigma > CALMER * found.level.sigma:
         return False
     return _left(without.model.fit) * without.level.sigma < SCATTERED_NOISE * _left(found.model.fit) * found.level.sigma

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fastcal.calibration.repeatability import posture_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.blocks import Blocks, blocks
-from fastcal.diagnosis.doubts import is_impossible
+from fastcal.diagnosis.doubts import is_impossible, step_around_few_rows
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_out import STRETCHES, HeldOut, gain, last_stretch, lead, positions
 from fastcal.diagnosis.hypothesis import Hypothesis, Key
@@ -164,8 +164,11 @@ class SearchNode:
 
     @cached_property
     def impossible(self) -> bool:
-        """A parameter is beyond its bounds, a law bends where no rows are or has no load: another cause's symptoms."""
-        return any(is_impossible(self.fit, name) for name in self.names)
+        """A parameter is beyond its bounds, a law bends where no rows are or has no load: another cause's symptoms.
+
+        Or steps go there and back around a few rows.
+        """
+        return any(is_impossible(self.fit, name) for name in self.names) or step_around_few_rows(self.fit)
 
     @property
     def key(self) -> tuple[str, ...]:

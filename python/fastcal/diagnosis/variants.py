@@ -104,6 +104,11 @@ def effect_has_moment(effect: str) -> bool:
     return traits_of(effect).searched == "at_s"
 
 
+def moment_of(step: Hypothesis) -> float:
+    """When a step is [s], or its row."""
+    return float(step.entry["at_s" if "at_s" in step.entry else "at_row"])
+
+
 def _steps(bare: Spec, robot: Robot, data: Dataset) -> Iterator[Hypothesis]:
     """Moments over the rows of the data; the search goes on from the best of them to the best between two rows."""
     for at in _places_of_steps(order_of_rows(data), f"{label(bare)} needs more moments"):

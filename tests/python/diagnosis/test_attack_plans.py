@@ -44,7 +44,8 @@ def test_grade_a_is_not_given_where_the_own_model_leaves_more(monkeypatch: pytes
     (found,) = slack().effects
     assert found.grade == "A"
     library = build_library(arm(), slack_rows())
-    this = SimpleNamespace(offered=library, data=slack_rows(), search=slack().search, sigma=None, threads=1)
+    asked = SimpleNamespace(library=library, data=slack_rows(), sigma=None, threads=1)
+    this = SimpleNamespace(asked=asked, search=slack().search)
     assert Found._stands(this, slack().steps[-1].model)  # type: ignore[arg-type]
     assert not Found._stands(this, slack().steps[0].model)  # type: ignore[arg-type]
     monkeypatch.setattr(Found, "_stands", lambda *_: False)

@@ -71,3 +71,14 @@ def test_a_row_or_two_are_no_side_of_a_step(row: int) -> None:
     name = at_best_moment(from_moment(bare, 205.0, problem.kept), Search(problem).start)
     before = int(np.sum(problem.kept.time < name.entry["at_s"]))
     assert min(before, len(problem.kept) - before) >= MIN_ROWS_BESIDE_STEP
+
+
+@pytest.mark.parametrize(("apart", "is_possible"), [(0, True), (2, False), (MIN_ROWS_BESIDE_STEP, True)])
+def test_no_two_things_step_around_a_row_or_two(apart: int, is_possible: bool) -> None:
+    """A zero of joint 1 that jumped, and a base that turned back 186 s later, were two gross rows."""
+    problem = small_arm.problem(small_arm.measured([], time=10.0 * np.arange(small_arm.ROWS)))
+    steps = [
+        from_moment({"effect": effect, "owner": owner, "parameters": {}}, at, problem.kept)
+        for effect, owner, at in (("zero_step", "joint1", 195.0), ("base_step", "base", 195.0 + 10.0 * apart))
+    ]
+    assert Search(problem).state(tuple(steps), Search(problem).start).impossible != is_possible
