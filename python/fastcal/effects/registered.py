@@ -72,6 +72,9 @@ class States:
         return self.load[:, names.index(frame)]
 
 
+_COLUMNS = ("payload", "wrench", "temperature", "time", "station", "mount", "approach", "current")
+
+
 @dataclass(frozen=True)
 class RegisteredEffect:
     """An effect as `register_effect` took it."""
@@ -132,8 +135,8 @@ class RegisteredEffect:
             at = extract_tb(error.__traceback__)[:2][-1]  # below this method: the function itself
             file, kind = Path(at.filename).name, type(error).__name__
             raise InvalidInput(
-                f"the basis of {self.name}@{states.owner} cannot be computed ({file}, line {at.lineno}): {kind}, {error}; "
-                "what the data lack is None, unless columns= asks for it"
+                f"the basis of {self.name}@{states.owner} cannot be computed ({file}, line {at.lineno}): "
+                f"{kind}, {error}; what the data lack is None, unless columns= asks for it"
             ) from error
 
 
@@ -176,7 +179,7 @@ def register_effect(
             (N, 6, parameters).
         frames: The frames that it moves ("base", "joint3", "link3", "tool"); the owner's own where not given. With
             several, the basis is (N, frames, 6, parameters).
-        columns: Fields of `States` that the data must have.
+        columns: Fields of `States` that the data must have, such as "temperature".
         extra: The user's own columns that the data must have.
         phrase: What a person understands, "a cable that pulls"; the name in words where not given.
         role: "cause", "nuisance", "load modifier" or "curve", as `fastcal.effects.traits.Traits` says.
@@ -207,6 +210,11 @@ def register_effect(
             raise InvalidInput(
                 f"a parameter of {name} must be (name, unit, size above 0, text), got {parameter}; "
                 f"the units are {', '.join(UNITS)}"
+            )
+    for column in columns:
+        if column not in _COLUMNS:
+            raise InvalidInput(
+                f"columns of {name} are {', '.join(_COLUMNS)}, got '{column}'; a column of one's own belongs in extra="
             )
     traits = Traits(
         phrase=phrase or name.replace("_", " "),

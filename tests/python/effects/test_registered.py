@@ -101,6 +101,7 @@ def test_invalid_input_is_refused(arm: Robot, poses: Dataset, with_effects: Any)
     for changes, sentence in (
         ({"parameters": []}, "at least one parameter"),
         ({"parameters": [("pull", "furlong", 1.0, "")]}, "'furlong'.*the units are 1, m, mm"),
+        ({"columns": ["temperature_c"]}, "columns of cable are payload, .*temperature,.*got 'temperature_c'.*extra="),
         ({"owners": "joint4"}, r"owners of cable must be a list, such as \['joint4'\], got 'joint4'"),
         ({"parameters": [("pull", "rad", 0.0, "")]}, "size above 0"),
     ):
