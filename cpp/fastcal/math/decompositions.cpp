@@ -52,8 +52,6 @@ MatrixXd divided(const MatrixXd& B, const MatrixXd& A) {
   return A.transpose().partialPivLu().solve(B.transpose()).transpose();
 }
 
-double determinant(const MatrixXd& A) { return A.determinant(); }
-
 Eigen::VectorXd least_squares(const MatrixXd& A, const Eigen::VectorXd& b) {
   return A.completeOrthogonalDecomposition().solve(b);
 }

@@ -55,9 +55,6 @@ Eigen::MatrixXd solve(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& A, cons
 /// B A^-1 of a square A, by a factorization with partial pivoting.
 Eigen::MatrixXd divided(const Eigen::MatrixXd& B, const Eigen::MatrixXd& A);
 
-/// By a factorization with partial pivoting; 1 of a matrix without rows.
-double determinant(const Eigen::MatrixXd& A);
-
 /// x of least norm with |A x - b| least, whatever rank A has.
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 

@@ -142,7 +142,7 @@ bool Assembler::is_singular() const {
   return s.size() > 0 && s[s.size() - 1] <= kSingular * s[0];
 }
 
-double Assembler::determinant() const { return fastcal::determinant(by_passive_); }
+double Assembler::determinant() const { return by_passive_.determinant(); }
 
 int Assembler::side() const { return determinant() < 0 ? -1 : 1; }
 
