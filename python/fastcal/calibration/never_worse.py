@@ -27,7 +27,7 @@ from fastcal.said import Said, said
 MANY = 0.1  # of the rows left out: then fits that leave fewer out are looked at
 _AS_FAR = 3.0  # times what base and tool alone miss a gross row by: they lie between all rows, up to half of them gross
 CLEARLY = 0.8  # of what a converged fit misses rows by on average: another that misses them by less is the better one
-APART = 0.8  # share of the rows left out less that of the others, on one side of a condition's value
+_APART = 0.8  # share of the rows left out less that of the others, on one side of a condition's value
 _SAME = 1e-6  # relative: rounding
 
 
@@ -146,7 +146,7 @@ def share_a_condition(data: Dataset, left_out: IndexArray, judged: BoolArray) ->
         order = np.argsort(values, kind="stable")
         steps = np.flatnonzero(np.diff(values[order]) > 0)
         part = np.cumsum(out[order])[steps] / out.sum() - np.cumsum(~out[order])[steps] / np.sum(~out)
-        if np.any(np.abs(part) >= APART):
+        if np.any(np.abs(part) >= _APART):
             return True
     return False
 
