@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: MIT
 #include "fastcal/ik/singular_walk.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "fastcal/math/decompositions.hpp"
 
 namespace fastcal {
 namespace {
@@ -43,7 +44,7 @@ class Walk {
       for (Eigen::Index i = 0; i < q.size(); ++i) {
         if (limits_(i, 0) == limits_(i, 1)) J.col(i).setZero();
       }
-      const Eigen::JacobiSVD<ToolJacobian> svd(J, Eigen::ComputeFullU | Eigen::ComputeFullV);
+      const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Eigen::MatrixXd(J), Eigen::ComputeFullU | Eigen::ComputeFullV);
       out.u = svd.matrixU().col(5);
       out.v = svd.matrixV().col(5);
       if (before != nullptr && out.u.dot(before->u) < 0) out.u = -out.u;

@@ -5,7 +5,7 @@
 A lens is let free where it explains much of what the fit leaves, and where pictures of postures that were held out are
 predicted better with it: with e_i and f_i the RMS of a held-out posture's corners with the lens as stated and freed,
 
-    d_i = log(f_i / e_i),   mean(d) < log(BETTER),   mean(d) < -SURE std(d) / sqrt(n).
+    d_i = log(f_i / e_i),   mean(d) < log(_BETTER),   mean(d) < -_SURE std(d) / sqrt(n).
 
 Logarithms, so that no picture that is far off decides; postures, since the corners of one err together. All cameras are
 judged together, since one wrong lens hides what another does; then each that need not be free is held again.
@@ -33,7 +33,7 @@ from fastcal.measurements.observations import without_measured
 from fastcal.said import Said, joined, said
 
 _TRIED = 0.2  # of the squares that a lens must explain to be tried
-BETTER, SURE = 0.9, 4.5  # the factor of held-out errors, and its standard errors: at 3, one set of thirty was wrong
+_BETTER, _SURE = 0.9, 4.5  # the factor of held-out errors, and its standard errors: at 3, one set of thirty was wrong
 _EACH = 2.0  # standard errors by which each camera of several must do so
 _FOLDS, _FEWEST = 5, 10  # postures
 
@@ -136,7 +136,7 @@ def held_out(problem: CalibrationProblem, folds: Sequence[IndexArray]) -> FloatA
     return out
 
 
-def predicts_better(before: FloatArray, after: FloatArray, factor: float = BETTER, sure: float = SURE) -> bool:
+def predicts_better(before: FloatArray, after: FloatArray, factor: float = _BETTER, sure: float = _SURE) -> bool:
     """Are held-out errors (N,) smaller than those before, by a factor and by so many standard errors?"""
     both = (before > 0) & (after > 0)
     if both.sum() < _FEWEST:

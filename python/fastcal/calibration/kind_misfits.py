@@ -31,7 +31,7 @@ from fastcal.robot.robot import Robot
 
 FEWEST = 12  # readings: fewer fit anything
 UNRELATED = 0.1  # of what readings of other poses would be off
-APART = 3.0  # times better by itself
+_APART = 3.0  # times better by itself
 NO_BETTER = 0.9  # of the error before
 BURIED = 10.0  # times what an arm is off
 CLAIMED = 5.0  # times what the sigma column says
@@ -98,7 +98,7 @@ def _misfit(
     others, what = _others(found, kind)
     if kind.name != POINTS and others and (apart := _apart(model, data, of, threads)) is not None:
         alone, turn = apart
-        if alone * APART < after:
+        if alone * _APART < after:
             frame = f", turned by {kind.text(turn, 3)}" if turn > 0 else ""
             return (
                 f"{what} {kind.text(after, 3)} and by {kind.text(alone)} by themselves: they are in "

@@ -7,7 +7,7 @@ Of the residuals r (N, 3) [m] in the sensor's axes of a first fit the standard d
     sigma_k = 1.4826 median |r_k|,
 
 which gross rows hardly change. With N residuals of normal noise of one size, log(sigma_i / sigma_k) has a standard
-deviation of 1.17 sqrt(2 / N); where the coarsest and the finest axis differ by more than SURE of these, each axis
+deviation of 1.17 sqrt(2 / N); where the coarsest and the finest axis differ by more than _SURE of these, each axis
 weighs by its own.
 """
 
@@ -23,7 +23,7 @@ from fastcal.cells.readings import Readings
 from fastcal.measurements.kinds import POINTS, KindNoise
 from fastcal.units import from_si
 
-SURE = 2.5
+_SURE = 2.5
 _FEWEST = 12  # rows: the deviations of fewer are known too coarsely to weigh by
 _NORMAL = 1.4826  # standard deviation over the median of |r|
 _SPREAD = 1.17  # standard deviation of log sigma times sqrt(N): 1 / (4 u phi(u)) at u = 1 / _NORMAL
@@ -38,7 +38,7 @@ def axis_noise(numbers: FloatArray) -> FloatArray | None:
     if not (sigma > 0).all():
         return None
     apart = float(np.log(sigma.max() / sigma.min()))
-    return sigma if apart > SURE * _SPREAD * np.sqrt(2 / len(known)) else None
+    return sigma if apart > _SURE * _SPREAD * np.sqrt(2 / len(known)) else None
 
 
 def with_axis_noise(readings: Readings, views: dict[str, KindErrors]) -> tuple[Readings, list[str]]:

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
+from traceback import extract_tb
 from typing import get_args
 
 import numpy as np
@@ -70,6 +72,9 @@ class States:
         return self.load[:, names.index(frame)]
 
 
+_COLUMNS = ("payload", "wrench", "temperature", "time", "station", "mount", "approach", "current")
+
+
 @dataclass(frozen=True)
 class RegisteredEffect:
     """An effect as `register_effect` took it."""
@@ -109,7 +114,7 @@ class RegisteredEffect:
     def table(self, states: States) -> FloatArray:
         """(N, width) in the core's order: frame, parameter, six numbers."""
         frames, count = len(self.frames_of(states.owner)), len(self.parameters)
-        basis = np.asarray(self.basis(states), dtype=float)
+        basis = self._computed(states)
         if frames == 1 and basis.ndim == 3:
             basis = basis[:, np.newaxis]
         expected = (len(states.q), frames, 6, count)
@@ -120,6 +125,19 @@ class RegisteredEffect:
             row = int(np.argwhere(~np.isfinite(basis))[0][0])
             raise InvalidInput(f"the basis of {self.name}@{states.owner} is not finite in row {row}")
         return np.ascontiguousarray(basis.transpose(0, 1, 3, 2)).reshape(len(states.q), -1)
+
+    def _computed(self, states: States) -> FloatArray:
+        try:
+            return np.asarray(self.basis(states), dtype=float)
+        except InvalidInput:
+            raise
+        except Exception as error:
+            at = extract_tb(error.__traceback__)[:2][-1]  # below this method: the function itself
+            file, kind = Path(at.filename).name, type(error).__name__
+            raise InvalidInput(
+                f"the basis of {self.name}@{states.owner} cannot be computed ({file}, line {at.lineno}): "
+                f"{kind}, {error}; what the data lack is None, unless columns= asks for it"
+            ) from error
 
 
 _effects: dict[str, RegisteredEffect] = {}
@@ -161,7 +179,7 @@ def register_effect(
             (N, 6, parameters).
         frames: The frames that it moves ("base", "joint3", "link3", "tool"); the owner's own where not given. With
             several, the basis is (N, frames, 6, parameters).
-        columns: Fields of `States` that the data must have.
+        columns: Fields of `States` that the data must have, such as "temperature".
         extra: The user's own columns that the data must have.
         phrase: What a person understands, "a cable that pulls"; the name in words where not given.
         role: "cause", "nuisance", "load modifier" or "curve", as `fastcal.effects.traits.Traits` says.
@@ -183,11 +201,21 @@ def register_effect(
     """
     if name in _core.effect_names() or name == "geometry" or not name.replace("_", "").isalnum():
         raise InvalidInput(f"an effect needs a name of letters, digits and _ that is not taken, got '{name}'")
+    if isinstance(owners, str):
+        raise InvalidInput(f"owners of {name} must be a list, such as ['{owners}'], got '{owners}'")
     if not parameters:
         raise InvalidInput(f"{name} needs at least one parameter")
     for parameter in parameters:
         if len(parameter) != 4 or parameter[1] not in UNITS or not parameter[2] > 0:
-            raise InvalidInput(f"a parameter of {name} must be (name, known unit, size above 0, text), got {parameter}")
+            raise InvalidInput(
+                f"a parameter of {name} must be (name, unit, size above 0, text), got {parameter}; "
+                f"the units are {', '.join(UNITS)}"
+            )
+    for column in columns:
+        if column not in _COLUMNS:
+            raise InvalidInput(
+                f"columns of {name} are {', '.join(_COLUMNS)}, got '{column}'; a column of one's own belongs in extra="
+            )
     traits = Traits(
         phrase=phrase or name.replace("_", " "),
         role=role,

@@ -9,7 +9,7 @@ The grammar is common to RAPID, KRL and URScript; a `Notation` says in what they
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -300,3 +300,50 @@ class Routine:
     parameters: tuple[str, ...]
     statements: tuple[Statement, ...]
     document: int
+
+
+class StatementReader:
+    """What reads the statements of one document: its words, and the body that they are added to.
+
+    Attributes:
+        outside: What stands outside of all routines.
+        body: Of the routine that is open, or `outside`.
+        found: The routines that have ended.
+    """
+
+    def __init__(self, words: list[Token], notation: Notation, document: int) -> None:
+        self.parser, self.document = Parser(words, notation), document
+        self.outside: list[Statement] = []
+        self.body = self.outside
+        self.found: list[Routine] = []
+        self._begun: tuple[str, tuple[str, ...]] = ("", ())
+
+    def begin(self, name: str, parameters: tuple[str, ...]) -> None:
+        """A routine begins; one that is open ends."""
+        self.finish()
+        self._begun, self.body = (name, parameters), []
+
+    def finish(self) -> None:
+        """The routine that is open ends."""
+        if self.body is not self.outside:
+            self.found.append(Routine(*self._begun, tuple(self.body), self.document))
+            self.body = self.outside
+
+    def routines(self) -> list[Routine]:
+        """What stands outside, under a name that no language has, then the routines in their order."""
+        self.finish()
+        return [Routine(f" {self.document}", (), tuple(self.outside), self.document), *self.found]
+
+    def add(self, kind: StatementKind, name: str, first: Token, *parts: Node, counter: str = "") -> None:
+        """A statement from `first` to the word that was taken last."""
+        end = self.parser.words[max(self.parser.at - 1, 0)].end
+        self.body.append(Statement(kind, name, first.start, max(end, first.end), parts, counter))
+
+    def names_until(self, is_end: Callable[[Token], bool]) -> tuple[Node, ...]:
+        """Passes over words up to one that ends, which is not taken; the names among them."""
+        names = []
+        while self.parser.word.kind != "end" and not is_end(self.parser.word):
+            word = self.parser.next()
+            if word.kind == "name":
+                names.append(Node("name", word.text, word.start, word.end))
+        return tuple(names)

@@ -100,7 +100,9 @@ def test_two_of_them_share_the_table(arm: Robot, poses: Dataset, with_effects: A
 def test_invalid_input_is_refused(arm: Robot, poses: Dataset, with_effects: Any) -> None:
     for changes, sentence in (
         ({"parameters": []}, "at least one parameter"),
-        ({"parameters": [("pull", "furlong", 1.0, "")]}, "known unit"),
+        ({"parameters": [("pull", "furlong", 1.0, "")]}, "'furlong'.*the units are 1, m, mm"),
+        ({"columns": ["temperature_c"]}, "columns of cable are payload, .*temperature,.*got 'temperature_c'.*extra="),
+        ({"owners": "joint4"}, r"owners of cable must be a list, such as \['joint4'\], got 'joint4'"),
         ({"parameters": [("pull", "rad", 0.0, "")]}, "size above 0"),
     ):
         with pytest.raises(InvalidInput, match=sentence):
@@ -117,6 +119,10 @@ def test_invalid_input_is_refused(arm: Robot, poses: Dataset, with_effects: Any)
         with_effects(arm, entry).forward(poses.q[:2])
     register_cable(basis=lambda states: np.full((len(states.q), 6, 1), np.nan))
     with pytest.raises(InvalidInput, match="not finite in row 0"):
+        with_effects(arm, entry).forward(poses.q[:2])
+    register_cable(basis=lambda states: states.temperature[:, None, None] * np.ones((1, 6, 1)))
+    where = r"cable@joint4 cannot be computed \(test_registered.py, line \d+\): TypeError.*columns= asks for it"
+    with pytest.raises(InvalidInput, match=where):  # the user's own fault is no internal error of fastcal
         with_effects(arm, entry).forward(poses.q[:2])
 
 

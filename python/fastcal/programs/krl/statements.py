@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cached_property
 
-from fastcal.programs.syntax import Node, Notation, NotUnderstood, Parser, Routine, Statement, StatementKind
+from fastcal.programs.syntax import Node, Notation, NotUnderstood, Routine, StatementReader
 from fastcal.programs.tokens import Lexicon, Token, tokens
 
 MOTIONS = frozenset(
@@ -15,7 +15,6 @@ MOTIONS = frozenset(
     | {"PTP_REL", "LIN_REL", "CIRC_REL", "SPTP_REL", "SLIN_REL", "SCIRC_REL", "SPL_REL"}
 )
 _LEXICON = Lexicon(comment=";", first="$#", number=r"'[BbHh][0-9A-Fa-f]+'", by_lines=True)
-_NONE: tuple[str, ...] = ()
 _BRANCHES = {"ELSE", "CASE", "DEFAULT"}
 _CLOSES = {"ENDIF", "ENDFOR", "ENDWHILE", "ENDLOOP", "UNTIL", "ENDSWITCH"}
 _ENDS = {"END", "ENDFCT", "ENDDAT"}
@@ -33,40 +32,29 @@ def routines(text: str, document: int) -> list[Routine]:
     return _File(text, document).read()
 
 
-class _File:
+class _File(StatementReader):
     def __init__(self, text: str, document: int) -> None:
-        self.document = document
-        self.parser = Parser(tokens(text, _LEXICON), _NOTATION)
-        self.outside: list[Statement] = []
-        self.body = self.outside
+        super().__init__(tokens(text, _LEXICON), _NOTATION, document)
 
     def read(self) -> list[Routine]:
         parser = self.parser
-        found: list[Routine] = []
-        name, parameters = "", _NONE
         while parser.word.kind != "end":
             start = parser.at
             try:
                 if parser.word.kind == "line":
                     parser.next()
                 elif (head := self._head()) is not None:
-                    if self.body is not self.outside:
-                        found.append(Routine(name, parameters, tuple(self.body), self.document))
-                    (name, parameters), self.body = head, []
+                    self.begin(*head)
                 elif parser.word.is_any(*_ENDS):
                     self._rest()
-                    if self.body is not self.outside:
-                        found.append(Routine(name, parameters, tuple(self.body), self.document))
-                    self.body = self.outside
+                    self.finish()
                 else:
                     self._statement()
             except NotUnderstood:
                 parser.reset(start)
                 first = parser.word
-                self._add("unknown", first.text.upper(), first, *self._rest())
-        if self.body is not self.outside:
-            found.append(Routine(name, parameters, tuple(self.body), self.document))
-        return [Routine(f" {self.document}", (), tuple(self.outside), self.document), *found]
+                self.add("unknown", first.text.upper(), first, *self._rest())
+        return self.routines()
 
     def _head(self) -> tuple[str, tuple[str, ...]] | None:
         """DEF name(parameters) or DEFFCT type name(...); None where there is none."""
@@ -121,31 +109,31 @@ class _File:
         """IF condition THEN, WHILE condition, LOOP ..."""
         parser = self.parser
         word = parser.next().text.upper()
-        self._add("open", word, first, *(() if word in ("LOOP", "REPEAT") else (parser.expression(),)))
+        self.add("open", word, first, *(() if word in ("LOOP", "REPEAT") else (parser.expression(),)))
         parser.take("THEN")
 
     def _branch(self, first: Token) -> None:
         word = self.parser.next().text.upper()
-        self._add("branch", word, first, *(self._list() if word == "CASE" else ()))
+        self.add("branch", word, first, *(self._list() if word == "CASE" else ()))
         self.parser.take(":")
 
     def _close(self, first: Token) -> None:
         word = self.parser.next().text.upper()
-        self._add("close", word, first, *((self.parser.expression(),) if word == "UNTIL" else ()))
+        self.add("close", word, first, *((self.parser.expression(),) if word == "UNTIL" else ()))
         self._end()
 
     def _return(self, first: Token) -> None:
         parser = self.parser
         parser.next()
-        self._add("call", "RETURN", first, *(() if parser.word.kind in ("line", "end") else (parser.expression(),)))
+        self.add("call", "RETURN", first, *(() if parser.word.kind in ("line", "end") else (parser.expression(),)))
         self._end()
 
     def _read(self, first: Token) -> None:
-        self._add("other", first.text.upper(), first, *self._rest())
+        self.add("other", first.text.upper(), first, *self._rest())
 
     def _spline(self, first: Token) -> None:
         word = self.parser.next().text.upper()
-        self._add("call", word, first, *self._flags())
+        self.add("call", word, first, *self._flags())
         self._end()
 
     def _motion(self, first: Token) -> None:
@@ -158,7 +146,7 @@ class _File:
                 parser.expression()
                 break
             places.append(parser.expression())
-        self._add("call", word, first, *places, *self._flags())
+        self.add("call", word, first, *places, *self._flags())
         self._end()
 
     def _flags(self) -> tuple[Node, ...]:
@@ -198,7 +186,7 @@ class _File:
         parts.append(parser.expression())
         if parser.take("STEP"):
             parts.append(parser.expression())
-        self._add("open", "FOR", first, *parts, counter=counter.text)
+        self.add("open", "FOR", first, *parts, counter=counter.text)
 
     def _declaration(self, first: Token) -> None:
         parser = self.parser
@@ -211,7 +199,7 @@ class _File:
         while True:
             to = parser.expression()
             value = (parser.expression(),) if parser.take("=") else ()
-            self._add("declare", kind, first, to, *value)
+            self.add("declare", kind, first, to, *value)
             if not parser.take(","):
                 break
         self._end()
@@ -220,9 +208,9 @@ class _File:
         parser = self.parser
         to = parser.expression()
         if parser.take("="):
-            self._add("assign", "", first, to, parser.expression())
+            self.add("assign", "", first, to, parser.expression())
         elif to.kind == "call":
-            self._add("call", to.text, first, *to.parts)
+            self.add("call", to.text, first, *to.parts)
         else:
             raise NotUnderstood(first.start)
         self._end()
@@ -234,13 +222,4 @@ class _File:
 
     def _rest(self) -> tuple[Node, ...]:
         """The rest of the line, and the names in it."""
-        parser, names = self.parser, []
-        while parser.word.kind not in ("line", "end"):
-            word = parser.next()
-            if word.kind == "name":
-                names.append(Node("name", word.text, word.start, word.end))
-        return tuple(names)
-
-    def _add(self, kind: StatementKind, name: str, first: Token, *parts: Node, counter: str = "") -> None:
-        end = self.parser.words[max(self.parser.at - 1, 0)].end
-        self.body.append(Statement(kind, name, first.start, max(end, first.end), parts, counter))
+        return self.names_until(lambda word: word.kind == "line")

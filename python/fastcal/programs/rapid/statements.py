@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from functools import cached_property
 
-from fastcal.programs.syntax import Node, Notation, NotUnderstood, Parser, Routine, Statement, StatementKind
+from fastcal.programs.syntax import Node, Notation, NotUnderstood, Routine, StatementReader
 from fastcal.programs.tokens import Lexicon, Token, tokens
 
 _LEXICON = Lexicon(comment="!")
@@ -20,7 +20,6 @@ _WORDS = (
 _RESERVED = frozenset(_WORDS.split())
 _NOTATION = Notation(reserved=_RESERVED, index="{", switches=True)
 _HEADER = re.compile(r"(?:\xef\xbb\xbf)?\s*%%%.*?%%%", re.S)
-_NONE: tuple[str, ...] = ()
 _ENDS = {"ENDPROC", "ENDFUNC", "ENDTRAP"}
 _BRANCHES = {"ELSEIF", "ELSE", "CASE", "DEFAULT"}
 _CLOSES = {"ENDIF", "ENDFOR", "ENDWHILE", "ENDTEST"}
@@ -31,38 +30,28 @@ def routines(text: str, document: int) -> list[Routine]:
     return _Module(text, document).read()
 
 
-class _Module:
+class _Module(StatementReader):
     def __init__(self, text: str, document: int) -> None:
         header = _HEADER.match(text)
         if header:
             text = " " * header.end() + text[header.end() :]
-        self.document = document
-        self.parser = Parser(tokens(text, _LEXICON), _NOTATION)
-        self.outside: list[Statement] = []
-        self.body = self.outside
+        super().__init__(tokens(text, _LEXICON), _NOTATION, document)
 
     def read(self) -> list[Routine]:
         parser = self.parser
-        found: list[Routine] = []
-        name, parameters = "", _NONE
         while parser.word.kind != "end":
             start = parser.at
             try:
                 head = self._head()
                 if head is not None:
-                    name, parameters = head
-                    self.body = []
-                    continue
-                if self.body is not self.outside and parser.take(*_ENDS):
-                    found.append(Routine(name, parameters, tuple(self.body), self.document))
-                    self.body = self.outside
-                    continue
-                self._statement()
+                    self.begin(*head)
+                elif self.body is not self.outside and parser.take(*_ENDS):
+                    self.finish()
+                else:
+                    self._statement()
             except NotUnderstood:
                 self._skip(start)
-        if self.body is not self.outside:
-            found.append(Routine(name, parameters, tuple(self.body), self.document))
-        return [Routine(f" {self.document}", (), tuple(self.outside), self.document), *found]
+        return self.routines()
 
     def _head(self) -> tuple[str, tuple[str, ...]] | None:
         """PROC name(parameters), FUNC type name(...), TRAP name; None where there is none."""
@@ -144,10 +133,10 @@ class _Module:
         """IF condition THEN, or IF condition and one statement."""
         parser = self.parser
         parser.next()
-        self._add("open", "IF", first, parser.expression())
+        self.add("open", "IF", first, parser.expression())
         if not parser.take("THEN"):
             self._statement()
-            self._add("close", "ENDIF", first)
+            self.add("close", "ENDIF", first)
 
     def _branch(self, first: Token) -> None:
         parser = self.parser
@@ -161,10 +150,10 @@ class _Module:
             parser.expect(":")
         else:
             parser.take("THEN")
-        self._add("branch", word, first, *parts)
+        self.add("branch", word, first, *parts)
 
     def _close(self, first: Token) -> None:
-        self._add("close", self.parser.next().text.upper(), first)
+        self.add("close", self.parser.next().text.upper(), first)
 
     def _jump(self, first: Token) -> None:
         """GOTO label, RETURN value, CONNECT interrupt WITH trap ..."""
@@ -177,7 +166,7 @@ class _Module:
         if not parser.word.is_any(";"):
             parts = (parser.expression(),)
         self._end()
-        self._add("call" if word == "RETURN" else "other", word, first, *parts)
+        self.add("call" if word == "RETURN" else "other", word, first, *parts)
 
     def _declaration(self, first: Token) -> None:
         """CONST type name := value."""
@@ -192,7 +181,7 @@ class _Module:
                 parser.arguments("}")
                 parser.expect("}")
             value = (parser.expression(),) if parser.take(":=") else ()
-            self._add("declare", kind, first, node, *value)
+            self.add("declare", kind, first, node, *value)
             if not parser.take(","):
                 break
         self._end()
@@ -213,7 +202,7 @@ class _Module:
             parts = [parser.expression()]
         if word != "TEST":
             parser.expect("DO")
-        self._add("open", word, first, *parts, counter=counter)
+        self.add("open", word, first, *parts, counter=counter)
 
     def _call_or_assignment(self, first: Token) -> None:
         parser = self.parser
@@ -225,41 +214,31 @@ class _Module:
         if parser.take(":="):
             value = parser.expression()
             self._end()
-            self._add("assign", "", first, to, value)
+            self.add("assign", "", first, to, value)
             return
         parser.reset(at + 1)
         arguments = parser.arguments(";", *_CLOSES, *_BRANCHES, *_ENDS)
         self._end()
-        self._add("call", first.text, first, *arguments)
+        self.add("call", first.text, first, *arguments)
 
     def _late_call(self, first: Token) -> None:
         """%"name"% arguments: a call of what only the run knows."""
-        parser, names = self.parser, []
-        while not parser.word.is_any(";", *_CLOSES, *_BRANCHES, *_ENDS) and parser.word.kind != "end":
-            word = parser.next()
-            if word.kind == "name":
-                names.append(Node("name", word.text, word.start, word.end))
+        names = self.names_until(lambda word: word.is_any(";", *_CLOSES, *_BRANCHES, *_ENDS))
         self._end()
-        self._add("call", "%", first, *names)
+        self.add("call", "%", first, *names)
 
     def _end(self) -> None:
         """The ; at the end, which may be missing before a word that closes."""
         if not self.parser.word.is_any(*_CLOSES, *_BRANCHES, *_ENDS):
             self.parser.expect(";")
 
-    def _add(self, kind: StatementKind, name: str, first: Token, *parts: Node, counter: str = "") -> None:
-        end = self.parser.words[max(self.parser.at - 1, 0)].end
-        self.body.append(Statement(kind, name, first.start, max(end, first.end), parts, counter))
-
     def _skip(self, start: int) -> None:
         """Passes over a statement that does not follow the grammar, up to its ; or a word that begins another."""
         parser = self.parser
         parser.reset(start)
-        first, names = parser.word, []
-        while parser.word.kind != "end":
-            word = parser.next()
-            if word.kind == "name":
-                names.append(Node("name", word.text, word.start, word.end))
-            if word.text == ";" or (parser.word.is_any(*_ENDS, "ENDMODULE", "PROC", "FUNC", "TRAP")):
-                break
-        self._add("unknown", "", first, *names)
+        first = parser.next()
+        names = [Node("name", first.text, first.start, first.end)] if first.kind == "name" else []
+        if first.text != ";":
+            names += self.names_until(lambda word: word.is_any(";", *_ENDS, "ENDMODULE", "PROC", "FUNC", "TRAP"))
+            parser.take(";")
+        self.add("unknown", "", first, *names)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from fastcal.programs.syntax import Node, Notation, NotUnderstood, Parser, Routine, Statement, StatementKind
+from fastcal.programs.syntax import Notation, NotUnderstood, Routine, Statement, StatementReader
 from fastcal.programs.tokens import Lexicon, Token, tokens
 
 _LEXICON = Lexicon(comment=r"#|\$", by_lines=True)  # $ 2 "MoveJ" names a node of the program on the pendant
@@ -34,17 +34,14 @@ def _joined(words: list[Token]) -> list[Token]:
     return found
 
 
-class _Script:
+class _Script(StatementReader):
     def __init__(self, words: list[Token], document: int) -> None:
-        self.document = document
-        self.parser = Parser(words, _NOTATION)
-        self.body: list[Statement] = []
-        self.found: list[Routine] = []
+        super().__init__(words, _NOTATION, document)
         # What an `end` closes: a block (None), or a routine with the body around it.
         self.open: list[tuple[str, tuple[str, ...], list[Statement]] | None] = []
 
     def read(self) -> list[Routine]:
-        parser, outside = self.parser, self.body
+        parser = self.parser
         while parser.word.kind != "end":
             start = parser.at
             if parser.word.kind == "line" or parser.word.text == ";":
@@ -54,15 +51,11 @@ class _Script:
                 self._statement()
             except NotUnderstood:
                 parser.reset(start)
-                first, names = parser.word, []
-                while parser.word.kind not in ("line", "end"):
-                    word = parser.next()
-                    if word.kind == "name":
-                        names.append(Node("name", word.text, word.start, word.end))
-                self._add("unknown", "", first, *names)
+                first = parser.word
+                self.add("unknown", "", first, *self.names_until(lambda word: word.kind == "line"))
         while self.open:
             self._close()
-        return [Routine(f" {self.document}", (), tuple(outside), self.document), *self.found]
+        return self.routines()
 
     def _statement(self) -> None:
         parser, first = self.parser, self.parser.word
@@ -73,12 +66,12 @@ class _Script:
             self._routine()
         elif word in ("while", "if"):
             parser.next()
-            self._add("open", word, first, parser.expression())
+            self.add("open", word, first, parser.expression())
             parser.take(":")
             self.open.append(None)
         elif word in ("elif", "else"):
             parser.next()
-            self._add("branch", word.upper(), first, *((parser.expression(),) if word == "elif" else ()))
+            self.add("branch", word.upper(), first, *((parser.expression(),) if word == "elif" else ()))
             parser.take(":")
         elif word == "end":
             parser.next()
@@ -105,17 +98,17 @@ class _Script:
         parser = self.parser
         if parser.take("RETURN", "BREAK", "CONTINUE", "HALT"):
             value = () if parser.word.kind in ("line", "end") else (parser.expression(),)
-            self._add("call" if value else "other", first.text, first, *value)
+            self.add("call" if value else "other", first.text, first, *value)
             return
         while parser.take("GLOBAL", "LOCAL"):
             pass
         to = parser.expression()
         if parser.take("="):
-            self._add("assign", "", first, to, parser.expression())
+            self.add("assign", "", first, to, parser.expression())
         elif to.kind == "call":
-            self._add("call", to.text, first, *to.parts)
+            self.add("call", to.text, first, *to.parts)
         else:
-            self._add("other", "", first, to)
+            self.add("other", "", first, to)
         if parser.word.kind not in ("line", "end") and not parser.word.is_any(";", "END"):
             raise NotUnderstood(parser.word.start)
 
@@ -124,12 +117,8 @@ class _Script:
             return
         opened = self.open.pop()
         if opened is None:
-            self._add("close", "end", first or self.parser.word)
+            self.add("close", "end", first or self.parser.word)
         else:
             name, parameters, around = opened
             self.found.append(Routine(name, parameters, tuple(self.body), self.document))
             self.body = around
-
-    def _add(self, kind: StatementKind, name: str, first: Token, *parts: Node) -> None:
-        end = self.parser.words[max(self.parser.at - 1, 0)].end
-        self.body.append(Statement(kind, name, first.start, max(end, first.end), parts))
