@@ -218,8 +218,8 @@ def _the_right_way(found: PosePairs) -> PosePairs:
             count = len(found.flange)
             said = (
                 f"{count} pairs agree about as well with a camera on the arm as with one in the room: it is "
-                f"taken to be {where}; if it is not, exchange on: of camera and board in the cell file, or measure more "
-                "pairs with other turns"
+                f"taken to be {where}; if it is not, exchange on: of camera and board in the cell file, or measure "
+                "more pairs with other turns"
             )
         return replace(found, in_hand=is_in_hand, notes=(*found.notes, said))
     own, other = (in_hand, in_room) if found.in_hand else (in_room, in_hand)
