@@ -3,8 +3,6 @@
 #include "fastcal/kernels/normal_sums.hpp"
 
 #include <cmath>
-#include <numeric>
-#include <vector>
 
 #include "fastcal/kernels/instruction_sets.hpp"
 #include "fastcal/kernels/lanes.hpp"
@@ -34,12 +32,13 @@ FASTCAL_INLINE void gram_lanes(const double* block, int ld, int rows, const int*
                                double* A) {
   using Lane = typename Vectors<W>::Lane;
   constexpr int kLeft = W == 4 ? kNarrowTile : kTile;
+  const auto place = [columns](int k) { return static_cast<long>(columns == nullptr ? k : columns[k]); };
   for (int from = 0; from < rows; from += kGramRows) {
     const int end = from + kGramRows < rows ? from + kGramRows : rows;
     for (int j = 0; j < count; j += kTile) {
       for (int i = 0; i < j + kTile && i < count; i += kLeft) {
         // At the edge the last column is taken again, unheard.
-        const auto column = [=](int k) { return block + static_cast<long>(columns[k < count ? k : count - 1]) * ld; };
+        const auto column = [=](int k) { return block + place(k < count ? k : count - 1) * ld; };
         const double *left[kLeft], *right[kTile];
         for (int k = 0; k < kLeft; ++k) left[k] = column(i + k);
         for (int k = 0; k < kTile; ++k) right[k] = column(j + k);
@@ -53,8 +52,7 @@ FASTCAL_INLINE void gram_lanes(const double* block, int ld, int rows, const int*
           }
         }
         for (int c = 0; c < kTile && j + c < count; ++c) {
-          for (int k = 0; k < kLeft && i + k <= j + c; ++k)
-            A[static_cast<long>(columns[j + c]) * size + columns[i + k]] += sum_of(sums[k][c]);
+          for (int k = 0; k < kLeft && i + k <= j + c; ++k) A[place(j + c) * size + place(i + k)] += sum_of(sums[k][c]);
         }
       }
     }
@@ -224,9 +222,7 @@ void add_gram(const double* block, int ld, int rows, const int* columns, int cou
 }
 
 void add_gram(const double* block, int ld, int rows, int columns, double* A) {
-  std::vector<int> all(static_cast<std::size_t>(columns));
-  std::iota(all.begin(), all.end(), 0);
-  add_gram(block, ld, rows, all.data(), columns, columns, A);
+  add_gram(block, ld, rows, nullptr, columns, columns, A);
 }
 
 void add_squares_along(const double* block, int ld, int rows, int columns, const double* x, const double* y,
