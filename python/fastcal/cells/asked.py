@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
+from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Arm, Cell
 from fastcal.cells.readings import Readings
 from fastcal.effects.entries import parse_effects, without_repeats
@@ -73,8 +74,17 @@ def asked_parameters(
 
 
 def _ground(cell: Cell, readings: Readings) -> str | None:
-    """The arm whose base says where the world is, where touches of unknown places, and no instrument there, show it."""
-    if not readings.labels or readings.is_read_from_world:
+    """The arm whose base says where the world is, where touches of unknown places, and no instrument there, show it.
+
+    Or pictures alone, of which no camera and no board stands in the world at a place that is known.
+    """
+    if readings.is_read_from_world:
+        return None
+    by_pictures = CORNERS in readings.tables and not any("@" in name for name in readings.tables)
+    if by_pictures:
+        in_world = [of for of in (*cell.cameras.values(), *cell.boards.values()) if (of["on"] or "world") == "world"]
+        by_pictures = not any(of.get("fixed") or "sigma_mm" in of or "sigma_deg" in of for of in in_world)
+    if not readings.labels and not by_pictures:
         return None
     return next((of.name for of in cell.arms if of.on == "world"), None)
 

@@ -74,12 +74,14 @@ class Fit:
         threads: int,
         report: Progress,
         near: Cell | None = None,
+        shares: bool = True,
     ) -> Fit:
         """The fit of some arms, or all, by a loss: weighed by the axes' noise, and by what joints or poses share.
 
-        It begins at `start`, or at the same cell as another fit has it, `near`.
+        It begins at `start`, or at the same cell as another fit has it, `near`. `shares`: may readings of one row err
+        together?
         """
-        options: dict[str, Any] = {"effects": effects, "arms": arms, "loss": loss, "threads": threads}
+        options: dict[str, Any] = {"effects": effects, "arms": arms, "loss": loss, "threads": threads, "shares": shares}
         asked = asked_parameters(start, used, effects=effects, arms=arms)
         sizes = geometry_sizes(start, used, asked)
         few = _numbers_of(start, used) < _ENOUGH * len(asked)
@@ -97,13 +99,15 @@ class Fit:
             solution, model = found, there(start, measured, found)
             noise = noise_of_axes(noise, weighed, by_axis)
         shared = None
-        if has_joints and (few or CORNERS in used.tables) and found.status == "converged":
+        # Where a camera has nothing left but gross pictures, its place is no longer among what is read.
+        shares &= len(used.pick(kept).measured(start).parameters) == len(measured.parameters)
+        if shares and has_joints and (few or CORNERS in used.tables) and found.status == "converged":
             report("weighing what the joints repeat to")
             known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
             with suppress(np.linalg.LinAlgError):  # far from all readings, which whoever judges the fit says
                 solution, shared = settled(start, weighed.pick(kept), found, known, threads)
             model = there(start, measured, solution)
-        elif any(arm.of_poses for arm in start.arms) and found.status == "converged":
+        elif shares and any(arm.of_poses for arm in start.arms) and found.status == "converged":
             known = priors(start, asked, measured.parameters, sizes)
             poses = settled_poses(start, used.pick(kept), found, known, threads)
             if poses is not None:
@@ -163,6 +167,12 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
         "converged": said("has larger errors than the nominal arm"),
         "too_few_equations": said("has too few equations"),
     }.get(status, said("did not converge"))
+    if fit.shared is not None and not worse(tried := fit.again(report, shares=False)):
+        note = said(
+            "what the corners of a picture share is more than joints that do not come back, such as an error of the "
+            "lens: it is not weighed, and the deviations stated are too small"
+        )
+        return tried, tried.found.status, tried.found.message, [note]
     for other in ("none", "huber"):
         if other == loss:
             continue
