@@ -167,16 +167,22 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
         "converged": said("has larger errors than the nominal arm"),
         "too_few_equations": said("has too few equations"),
     }.get(status, said("did not converge"))
-    if fit.shared is not None and not worse(tried := fit.again(report, shares=False)):
-        note = said(
-            "what the corners of a picture share is more than joints that do not come back, such as an error of the "
-            "lens: it is not weighed, and the deviations stated are too small"
-        )
-        return tried, tried.found.status, tried.found.message, [note]
+    more: dict[str, Any] = {}
+    notes: list[str] = []
+    if fit.shared is not None:
+        more = {"shares": False}
+        notes = [
+            said(
+                "what the corners of a picture share is more than joints that do not come back, such as an error of "
+                "the lens: it is not weighed, and the deviations stated are too small"
+            )
+        ]
+        if not worse(tried := fit.again(report, **more)):
+            return tried, tried.found.status, tried.found.message, notes
     for other in ("none", "huber"):
         if other == loss:
             continue
-        tried = fit.again(report, loss=other)
+        tried = fit.again(report, loss=other, **more)
         if not worse(tried):
             note = said(
                 "the fit with the loss {loss} {why}: the result is that with the loss {other}",
@@ -184,24 +190,24 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
                 why=why,
                 other=other,
             )
-            return tried, tried.found.status, tried.found.message, [note]
+            return tried, tried.found.status, tried.found.message, [note, *notes]
     arms = frozenset(arm.name for arm in fit.start.arms if given is None or arm.name in given)
     ever, held = set[str](), frozenset[str]()
     while now - ever and arms - held:
         ever |= now
         held |= arms_to_blame(fit.start, before.keys(), now, ever)
-        tried = fit.again(report, arms=sorted(arms - held))
+        tried = fit.again(report, arms=sorted(arms - held), **more)
         now = worse(tried)
     if status == "converged" and not arms - held:
-        alone = fit.again(report, arms=(), loss="huber")
-        return alone, alone.found.status, alone.found.message, [_as_said(held, ever)]
+        alone = fit.again(report, arms=(), loss="huber", **more)
+        return alone, alone.found.status, alone.found.message, [_as_said(held, ever), *notes]
     if tried.found.status != "converged" or not arms - held:
         what = said(
             "the arms could not be identified: the fit {why}; only the places of the members are fitted", why=why
         )
         status = "not_converged" if status == "converged" else status
-        return fit.again(report, arms=(), loss="huber"), status, what, []
-    return tried, tried.found.status, tried.found.message, [_as_said(held, ever)]
+        return fit.again(report, arms=(), loss="huber", **more), status, what, notes
+    return tried, tried.found.status, tried.found.message, [_as_said(held, ever), *notes]
 
 
 def _as_said(arms: Collection[str], views: Collection[str]) -> str:

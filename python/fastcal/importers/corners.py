@@ -61,7 +61,9 @@ def _better(
     """The error, or what was probably meant: files that are exchanged, a table of corners that was left out."""
     for file in files:
         if _holds_corners(file):
-            return InvalidInput(f"{file}: holds corners, which --corners takes; expected the postures of these pictures")
+            return InvalidInput(
+                f"{file}: holds corners, which --corners takes; expected the postures of these pictures"
+            )
     if corners is None and robot is not None and has_rig(robot.description) and _is_readable(files, robot):
         return InvalidInput(
             f"{files[0]}: holds nothing measured, and what the cameras saw is not given; expected --corners FILE, "
@@ -157,7 +159,9 @@ def load_corners(path: str | os.PathLike[str], rig: Seeing, count: int) -> Corne
         count: Postures.
     """
     if not has_rig(rig):
-        raise ParseError("holds corners, and the file has no cameras or no boards to see them; give a cell file that has both", path)
+        raise ParseError(
+            "holds corners, and the file has no cameras or no boards to see them; give a cell file that has both", path
+        )
     table = read_table(path)
     try:
         return _corners(table, rig, count)
