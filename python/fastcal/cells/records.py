@@ -121,7 +121,7 @@ def way_records(cell: Cell, given: Cell, readings: Readings, threads: int = 1) -
     None of a way that its own readings do not fix.
     """
     out: dict[str, Spec] = {}
-    before = {way.name: way.robot.spec for way in possible_ways(given, readings.views)}
+    before = {way.name: way for way in possible_ways(given, readings.views)}
     for way in possible_ways(cell, readings.views):
         try:
             found = calibrate(way.robot, way.rows(cell, readings), checks=False, threads=threads)
@@ -130,7 +130,7 @@ def way_records(cell: Cell, given: Cell, readings: Readings, threads: int = 1) -
         record = found.model.record
         if found.status == "converged" and record is not None:
             out[way.name] = record.to_spec()
-            start = before[way.name]
+            start = before[way.name].robot.spec
             if len(start["joints"]) == len(way.robot.spec["joints"]):  # no branch has been found to weigh on it
                 out[way.name]["nominal"] = nominal_record(start)
     return out

@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 import yaml
 
-from fastcal.cells.asked import asked_parameters
+from fastcal.cells.asked import pictured_ground, priors
 from fastcal.cells.calibrate import CellResult, calibrate_cell
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import view_errors
 from fastcal.cells.fit import Fit
 from fastcal.cells.readings import Readings
 from fastcal.cells.rig_start import RigStart
-from fastcal.effects.entries import full_name
 from fastcal.importers.corners import load_seen_readings
 from fastcal.io.tree_file import load_cell
 from fastcal.robot.rig import pictures
@@ -58,15 +57,18 @@ def test_with_the_right_lens_the_arm_is_found_and_nothing_is_said(tmp_path: Path
     assert not [note for note in found.notes if "such as an error of the lens" in note]
 
 
-@pytest.mark.parametrize(("known", "asked"), [({}, False), ({"sigma_mm": 1.0}, True), ({"fixed": True}, True)])
+@pytest.mark.parametrize(("known", "ground"), [({}, "arm"), ({"sigma_mm": 1.0}, None), ({"fixed": True}, None)])
 def test_pictures_alone_leave_the_world_where_the_first_arm_stands(
-    tmp_path: Path, known: dict[str, Any], asked: bool
+    tmp_path: Path, known: dict[str, Any], ground: str | None
 ) -> None:
     """Held weakly with the geometry, the base and all that stands in the world wandered off together."""
     cell, readings = scene(tmp_path, lambda of: of["boards"]["plate"].update(known))
-    names = [full_name(cell.core.parameters[k]) for k in asked_parameters(cell, readings)]
-    assert ("arm.base x" in names) is asked
-    assert "arm.joint2 a" in names
+    assert pictured_ground(cell, readings) == ground
+    assert (
+        pictured_ground(cell, Readings(readings.q, {**readings.tables, "position@tip": np.zeros((28, 3))}, "")) is None
+    )
+    sigma = [priors(cell, [0], [], 1.0, of).sigma[0] for of in (ground, None)]
+    assert bool(sigma[0] < 0.05 * sigma[1]) is (ground is not None)
 
 
 def test_a_camera_with_nothing_but_gross_pictures_ends_no_fit(tmp_path: Path) -> None:

@@ -75,6 +75,6 @@ def test_files_that_are_exchanged_or_left_out_are_named(tmp_path: Path) -> None:
             load([poses], robot, None)
         with pytest.raises(ParseError, match=r"holds nothing measured; expected numbers in x_mm"):
             load([poses], load_robot("ur5"), None)
-        with pytest.raises(ParseError, match="poses.csv:2"):
+        with pytest.raises(ParseError, match=r"poses\.csv:2"):
             load([postures(tmp_path, ",1")], robot, None)
         postures(tmp_path)
