@@ -41,6 +41,7 @@ void sum_chunks(const Problem& problem, const Eigen::VectorXd& theta, const std:
                 const Eigen::VectorXd& scale, const CommonNoise& tau, Eigen::Index numbers, const Evaluate& evaluate,
                 const Add& add) {
   const Eigen::Index unit_rows = sum_rows(problem.row_count()), group = group_size(numbers) * unit_rows;
+  const Eigen::Index at_once = rows_at_once(problem.measured.number_count());
   each_part(problem, [&](const Problem& part, Eigen::Index) {
     const auto worker = [&] { return WhitenedRows(part, theta, columns, scale, tau); };
     for (Eigen::Index first = 0; first < part.row_count(); first += group) {
@@ -50,8 +51,8 @@ void sum_chunks(const Problem& problem, const Eigen::VectorXd& theta, const std:
                      [&](WhitenedRows& whitened, Eigen::Index unit) {
                        Sums here;  // apart from those that other threads write
                        const Eigen::Index last = std::min(end, first + (unit + 1) * unit_rows);
-                       for (Eigen::Index begin = first + unit * unit_rows; begin < last; begin += kChunkRows) {
-                         const Eigen::Index stop = std::min(last, begin + kChunkRows);
+                       for (Eigen::Index begin = first + unit * unit_rows; begin < last; begin += at_once) {
+                         const Eigen::Index stop = std::min(last, begin + at_once);
                          whitened.evaluate(begin, stop);
                          evaluate(whitened, static_cast<int>(stop - begin), here);
                        }
@@ -121,7 +122,11 @@ NormalEquations normal_equations(const Problem& problem, const Eigen::VectorXd& 
     if (!with_jacobian) return;
     const double* J = whitened.jacobian();
     if (sums.total.size() == 0) sums.total = Eigen::MatrixXd::Zero(p + 1, p + 1);
-    kernels::add_gram(J, whitened.ld(), whitened.height(), static_cast<int>(p) + 1, sums.total.data());
+    for (const WhitenedRows::Part& part : whitened.parts()) {
+      kernels::add_gram(J + whitened.place(0, part.first), whitened.ld(), (part.end - part.first) * whitened.stride(),
+                        part.columns.data(), static_cast<int>(part.columns.size()), static_cast<int>(p) + 1,
+                        sums.total.data());
+    }
     if (!flattens || !whitened.is_flattened()) return;
     if (sums.flat.size() == 0) sums.flat = Eigen::MatrixXd::Zero(p, p);
     kernels::add_gram(whitened.along_residuals(J), whitened.ld(), whitened.stride(), static_cast<int>(p),
@@ -195,6 +200,7 @@ Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd&
   constexpr int kCachedRows = 128;  // their columns stay in the first-level cache
   const auto p = static_cast<Eigen::Index>(free.size());
   const Eigen::Index group = group_size(p * p) * kUnitRows;
+  const Eigen::Index at_once = rows_at_once(problem.measured.number_count());
   const auto loss = losses(weighting.loss, problem.measured.number_count());
   Eigen::MatrixXd R = Eigen::MatrixXd::Zero(p, p);
   if (g != nullptr) *g = Eigen::VectorXd::Zero(p);
@@ -240,8 +246,8 @@ Eigen::MatrixXd triangular_factor(const Problem& problem, const Eigen::VectorXd&
                        const Eigen::Index last = std::min(end, first + (unit + 1) * kUnitRows);
                        Eigen::VectorXd slope = Eigen::VectorXd::Zero(p);
                        factors[u] = Eigen::MatrixXd::Zero(p, p);
-                       for (Eigen::Index begin = first + unit * kUnitRows; begin < last; begin += kChunkRows)
-                         add_rows(whitened, begin, std::min(last, begin + kChunkRows), factors[u], slope);
+                       for (Eigen::Index begin = first + unit * kUnitRows; begin < last; begin += at_once)
+                         add_rows(whitened, begin, std::min(last, begin + at_once), factors[u], slope);
                        slopes[u] = std::move(slope);
                      });
       for (std::size_t unit = 0; unit < units; ++unit) {

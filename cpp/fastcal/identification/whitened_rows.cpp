@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "fastcal/kernels/normal_sums.hpp"
+#include "fastcal/math/parallel.hpp"
 
 namespace fastcal {
 namespace {
@@ -25,6 +26,11 @@ double whitening_deviation(const Problem& problem, const CommonNoise& tau, Eigen
   return own == 0 ? common : std::sqrt(own * own + common * common);
 }
 
+Eigen::Index rows_at_once(int numbers) {
+  constexpr Eigen::Index kNumbers = 1600;
+  return std::clamp<Eigen::Index>(kNumbers / numbers / kernels::kGroup * kernels::kGroup, kernels::kGroup, kChunkRows);
+}
+
 WhitenedRows::WhitenedRows(const Problem& problem, const Eigen::VectorXd& theta, const std::vector<int>& free,
                            const Eigen::VectorXd& scale, const CommonNoise& tau)
     : problem_(problem),
@@ -34,7 +40,12 @@ WhitenedRows::WhitenedRows(const Problem& problem, const Eigen::VectorXd& theta,
       block_(problem.model, theta.head(problem.model.parameter_count()), free, scale, looked_at(problem, free)),
       unknowns_(theta.tail(problem.measured.unknown_count())),
       count_(problem.measured.number_count()),
-      coordinates_(problem.measured.observations().front()->coordinates()) {
+      coordinates_(problem.measured.observations().front()->coordinates()),
+      column_of_(static_cast<std::size_t>(problem.measured.unknown_count()), -1) {
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    const int unknown = free[k] - problem.model.parameter_count();
+    if (unknown >= 0) column_of_[static_cast<std::size_t>(unknown)] = static_cast<int>(k);
+  }
   for (const PlacedObservation& of : problem.measured.observations()) {
     inverse_.resize(of.first_number + of.component_count,
                     of->claims_sigma() ? 0.0 : 1 / tau[problem.measured.observation_of(of.first_number)]);
@@ -51,7 +62,7 @@ void WhitenedRows::evaluate(Eigen::Index begin, Eigen::Index end) {
   begin_ = begin;
   rows_ = static_cast<int>(end - begin);
   is_flattened_ = false;
-  block_.forward(problem_.samples, begin, end, problem_.memory);
+  block_.forward(problem_.samples, begin, end, rows_at_once(count_) < kChunkRows ? nullptr : problem_.memory);
   const Eigen::Index stride = block_.stride();
   const auto fresh = [stride](AlignedNumbers& numbers, Eigen::Index count) {
     double* first = numbers.resize(count * stride);
@@ -68,8 +79,8 @@ void WhitenedRows::evaluate(Eigen::Index begin, Eigen::Index end) {
     }
   }
   if (problem_.measured.unknown_count() > 0) {
-    fresh(by_unknown_, kMostUnknowns * count_);
-    first_unknown_.assign(count_ * stride, {});
+    by_unknown_.resize(kMostUnknowns * count_ * stride);
+    own_.assign(count_ * stride, {});
   }
   weights_.assign(rows_, {});
   if (compare_points()) return;
@@ -169,44 +180,81 @@ void WhitenedRows::compare(int i) {
   for (const PlacedObservation& of : problem_.measured.observations()) {
     if (coordinates_ != nullptr && of.first_number == 0) continue;
     const Sights sights = sights_of(of, [&](int frame) { return block_.frame(frame, i); });
-    const int readings = of->reading_count();
-    const int components = of.component_count / readings;
-    for (int reading = 0; reading < readings; ++reading) {
-      comparison_.clear(of.frames.size(), of.unknown_count > 0);
-      of->compare_reading(row, reading, sights, unknowns_.data() + of.first_unknown, comparison_);
+    const auto frames = static_cast<int>(of.frames.size());
+    const int components = of.component_count / of->reading_count();
+    const bool has_unknowns = of.unknown_count > 0;
+    comparison_.clear(of.frames.size(), has_unknowns);
+    of->compare_all(row, sights, unknowns_.data() + of.first_unknown, comparison_, [&](int reading) {
       for (int c = 0; c < components; ++c) {
-        const int number = of.first_number + reading * components + c;
-        for (std::size_t f = 0; f < of.frames.size(); ++f, ++sight) {
-          if (!comparison_.present[c]) continue;
-          double* slope = slope_.data() + (sight->slope - slope_.data()) + i;
+        if (!comparison_.present[c]) continue;
+        const int number = reading * components + c;
+        for (int f = 0; f < frames; ++f) {
+          double* slope = slope_.data() + (sight[number * frames + f].slope - slope_.data()) + i;
           for (int k = 0; k < 6; ++k) slope[k * stride] = comparison_.by_frame[f](c, k);
         }
-        if (!comparison_.present[c]) continue;
-        add(i, number, comparison_.r[c]);
+        add(i, of.first_number + number, comparison_.r[c]);
         const int unknowns = comparison_.unknown_count + comparison_.second_count;
         if (unknowns == 0) continue;
-        first_unknown_[number * stride + i] = {of.first_unknown + comparison_.first_unknown, comparison_.unknown_count,
-                                               of.first_unknown + comparison_.second_unknown, unknowns};
-        for (int k = 0; k < unknowns; ++k)
-          at(by_unknown_, kMostUnknowns * number + k)[i] = comparison_.by_unknown(c, k);
+        const Eigen::Index at = place(i, of.first_number + number);
+        own_[at] = {of.first_unknown + comparison_.first_unknown, comparison_.unknown_count,
+                    of.first_unknown + comparison_.second_unknown, unknowns};
+        double* by = by_unknown_.data() + kMostUnknowns * at;
+        for (int k = 0; k < unknowns; ++k) by[k] = comparison_.by_unknown(c, k);
+      }
+      comparison_.clear(of.frames.size(), has_unknowns);
+    });
+    sight += of.component_count * frames;
+  }
+}
+
+void WhitenedRows::unknown_columns(double* J) {
+  for (int n = 0; n < count_; ++n) {
+    const OwnUnknowns* own = own_.data() + place(0, n);
+    const double* factor = at(factor_, n);
+    for (int i = 0, end = 0; i < rows_; i = end) {  // rows that depend on the same ones
+      while (end < rows_ && own[end] == own[i]) ++end;
+      for (int k = 0; k < own[i].count; ++k) {
+        const int column = column_of_[static_cast<std::size_t>(own[i].unknown(k))];
+        if (column < 0) continue;
+        const double* by = by_unknown_.data() + kMostUnknowns * place(0, n) + k;
+        double* out = J + static_cast<Eigen::Index>(column) * ld() + place(0, n);
+        for (int row = i; row < end; ++row) out[row] = by[kMostUnknowns * row] * factor[row] * scale_[column];
       }
     }
   }
 }
 
-void WhitenedRows::unknown_columns(double* J) {
-  const int p = problem_.model.parameter_count();
-  for (std::size_t k = 0; k < free_.size(); ++k) {
-    if (free_[k] < p) continue;
-    for (int n = 0; n < count_; ++n) {
-      double* out = J + static_cast<Eigen::Index>(k) * ld() + static_cast<Eigen::Index>(n) * block_.stride();
-      const OwnUnknowns* own = first_unknown_.data() + static_cast<Eigen::Index>(n) * block_.stride();
-      for (int i = 0; i < rows_; ++i) {
-        const int place = own[i].place(free_[k] - p);
-        if (place >= 0) out[i] = at(by_unknown_, kMostUnknowns * n + place)[i] * at(factor_, n)[i] * scale_[k];
-      }
+std::vector<WhitenedRows::Part> WhitenedRows::parts() const {
+  const int p = static_cast<int>(free_.size());
+  std::vector<Part> out;
+  const OwnUnknowns* before = nullptr;
+  bool before_alike = true;
+  for (int n = 0; n < count_; ++n) {
+    const OwnUnknowns* own = nullptr;  // of the first row that has some
+    bool alike = true;
+    for (int i = 0; i < rows_ && !own_.empty(); ++i) {
+      const OwnUnknowns& here = own_[static_cast<std::size_t>(place(i, n))];
+      if (here.count == 0) continue;
+      if (own == nullptr) own = &here;
+      alike = alike && here == *own;
     }
+    const bool same = own == nullptr || (before != nullptr && alike == before_alike && (!alike || *own == *before));
+    if (n > 0 && same) {
+      out.back().end = n + 1;
+      continue;
+    }
+    std::vector<bool> used(column_of_.size(), !alike);
+    for (int k = 0; own != nullptr && k < own->count; ++k) used[static_cast<std::size_t>(own->unknown(k))] = true;
+    Part& part = out.emplace_back(Part{n, n + 1, {}});
+    for (int k = 0; k < p; ++k) {
+      const int unknown = free_[static_cast<std::size_t>(k)] - problem_.model.parameter_count();
+      if (unknown < 0 || used[static_cast<std::size_t>(unknown)]) part.columns.push_back(k);
+    }
+    part.columns.push_back(p);
+    before = own;
+    before_alike = alike;
   }
+  return out;
 }
 
 void WhitenedRows::response_columns(double* J) {

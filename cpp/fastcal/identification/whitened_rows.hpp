@@ -14,16 +14,17 @@ namespace fastcal {
 /// Standard deviation of a number of row i: its own claim and the common noise, root of squares.
 double whitening_deviation(const Problem& problem, const CommonNoise& tau, Eigen::Index i, int number);
 
+/// Rows worth evaluating at once where each holds so many numbers: a chunk, but of pictures as many as the second-level
+/// cache holds.
+Eigen::Index rows_at_once(int numbers);
+
 /// The unknowns on which one number depends: two ranges of them, one behind the other in its derivatives.
 struct OwnUnknowns {
   int first = 0, first_count = 0, second = 0, count = 0;  // count: of both
 
-  /// Where the derivative by an unknown is; -1: it does not depend on it.
-  int place(int unknown) const {
-    if (unknown >= first && unknown < first + first_count) return unknown - first;
-    const int behind = unknown - second + first_count;
-    return behind >= first_count && behind < count ? behind : -1;
-  }
+  bool operator==(const OwnUnknowns&) const = default;
+  /// Of which the k-th derivative is.
+  int unknown(int k) const { return k < first_count ? first + k : second + k - first_count; }
 };
 
 /// One a thread; what it is given must outlive it. In a chunk the components lie apart: number n of row i is at
@@ -74,6 +75,14 @@ class WhitenedRows {
   /// (height, p + 1); stays until the next call.
   double* jacobian();
 
+  /// Numbers first ... end - 1 of every row, and the columns that are not zero in all of them; the last is r.
+  struct Part {
+    int first, end;
+    std::vector<int> columns;
+  };
+  /// Of what jacobian() wrote. Corners of one camera have nothing in the columns of the others.
+  std::vector<Part> parts() const;
+
  private:
   double* at(AlignedNumbers& numbers, int n) { return numbers.data() + static_cast<Eigen::Index>(n) * block_.stride(); }
 
@@ -99,9 +108,10 @@ class WhitenedRows {
   Comparison comparison_;
   std::vector<double> inverse_;  // by number: of the common noise where no other is claimed, else 0
   std::vector<RowWeight> weights_;
-  std::vector<OwnUnknowns> first_unknown_;    // (numbers, stride)
+  std::vector<int> column_of_;                // of each unknown; -1: it is not free
+  std::vector<OwnUnknowns> own_;              // (numbers, stride)
   AlignedNumbers residual_, factor_, slope_;  // (numbers, stride): r, 1 / deviation or 0; (sights, 6, stride)
-  AlignedNumbers by_unknown_;                 // (numbers, kMostUnknowns, stride)
+  AlignedNumbers by_unknown_;                 // (numbers, stride, kMostUnknowns), as many as own_ has
   AlignedNumbers change_;                     // (directions, numbers, stride): the loads' response, whitened
   AlignedNumbers J_;
   bool is_flattened_ = false;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kTile = 4;             // columns of a product that are summed at once,
 constexpr int kNarrowTile = 3;       // with as many others: their sums and factors fill sixteen registers
+constexpr int kGramRows = 1024;      // whose columns stay in the second-level cache while they meet each other
 constexpr int kReflected = 8;        // columns side by side, so that their sums need not wait for each other
 constexpr double kNothing = 1e-290;  // squared length: below, its inverse overflows
 
@@ -27,26 +28,32 @@ FASTCAL_INLINE double sum_of(const Lane& lane) {
 }
 
 template <int W>
-FASTCAL_INLINE void gram_lanes(const double* block, int ld, int rows, int columns, double* A) {
+FASTCAL_INLINE void gram_lanes(const double* block, int ld, int rows, const int* columns, int count, int size,
+                               double* A) {
   using Lane = typename Vectors<W>::Lane;
   constexpr int kLeft = W == 4 ? kNarrowTile : kTile;
-  for (int j = 0; j < columns; j += kTile) {
-    for (int i = 0; i < j + kTile && i < columns; i += kLeft) {
-      // At the edge the last column is taken again, unheard.
-      const double *left[kLeft], *right[kTile];
-      for (int k = 0; k < kLeft; ++k) left[k] = block + static_cast<long>(i + k < columns ? i + k : columns - 1) * ld;
-      for (int k = 0; k < kTile; ++k) right[k] = block + static_cast<long>(j + k < columns ? j + k : columns - 1) * ld;
-      Lane sums[kLeft][kTile] = {};
-      for (int row = 0; row < rows; row += W) {
-        Lane a[kLeft], b;
-        for (int k = 0; k < kLeft; ++k) load(a[k], left[k] + row);
-        for (int c = 0; c < kTile; ++c) {
-          load(b, right[c] + row);
-          for (int k = 0; k < kLeft; ++k) sums[k][c] += a[k] * b;
+  const auto place = [columns](int k) { return static_cast<long>(columns == nullptr ? k : columns[k]); };
+  for (int from = 0; from < rows; from += kGramRows) {
+    const int end = from + kGramRows < rows ? from + kGramRows : rows;
+    for (int j = 0; j < count; j += kTile) {
+      for (int i = 0; i < j + kTile && i < count; i += kLeft) {
+        // At the edge the last column is taken again, unheard.
+        const auto column = [=](int k) { return block + place(k < count ? k : count - 1) * ld; };
+        const double *left[kLeft], *right[kTile];
+        for (int k = 0; k < kLeft; ++k) left[k] = column(i + k);
+        for (int k = 0; k < kTile; ++k) right[k] = column(j + k);
+        Lane sums[kLeft][kTile] = {};
+        for (int row = from; row < end; row += W) {
+          Lane a[kLeft], b;
+          for (int k = 0; k < kLeft; ++k) load(a[k], left[k] + row);
+          for (int c = 0; c < kTile; ++c) {
+            load(b, right[c] + row);
+            for (int k = 0; k < kLeft; ++k) sums[k][c] += a[k] * b;
+          }
         }
-      }
-      for (int c = 0; c < kTile && j + c < columns; ++c) {
-        for (int k = 0; k < kLeft && i + k <= j + c; ++k) A[(j + c) * columns + i + k] += sum_of(sums[k][c]);
+        for (int c = 0; c < kTile && j + c < count; ++c) {
+          for (int k = 0; k < kLeft && i + k <= j + c; ++k) A[place(j + c) * size + place(i + k)] += sum_of(sums[k][c]);
+        }
       }
     }
   }
@@ -194,8 +201,9 @@ FASTCAL_INLINE void triangle_lanes(double* block, int ld, int rows, int columns,
   }
 }
 
-FASTCAL_FOR_EACH_SET(gram, gram_lanes, (const double* block, int ld, int rows, int columns, double* A),
-                     (block, ld, rows, columns, A))
+FASTCAL_FOR_EACH_SET(gram, gram_lanes,
+                     (const double* block, int ld, int rows, const int* columns, int count, int size, double* A),
+                     (block, ld, rows, columns, count, size, A))
 FASTCAL_FOR_EACH_SET(along, along_lanes,
                      (const double* block, int ld, int rows, int columns, const double* x, const double* y,
                       double* out),
@@ -208,9 +216,13 @@ FASTCAL_FOR_EACH_SET(triangle, triangle_lanes, (double* block, int ld, int rows,
 
 }  // namespace
 
-void add_gram(const double* block, int ld, int rows, int columns, double* A) {
+void add_gram(const double* block, int ld, int rows, const int* columns, int count, int size, double* A) {
   static const auto run = FASTCAL_BEST_SET(gram);
-  run(block, ld, rows, columns, A);
+  run(block, ld, rows, columns, count, size, A);
+}
+
+void add_gram(const double* block, int ld, int rows, int columns, double* A) {
+  add_gram(block, ld, rows, nullptr, columns, columns, A);
 }
 
 void add_squares_along(const double* block, int ld, int rows, int columns, const double* x, const double* y,

@@ -11,6 +11,9 @@ namespace fastcal::kernels {
 /// Adds the upper triangle of B^T B to that of `A` (columns x columns), column by column.
 void add_gram(const double* block, int ld, int rows, int columns, double* A);
 
+/// The same where all columns but `columns`, `count` of them in rising order, are zero; A (size x size).
+void add_gram(const double* block, int ld, int rows, const int* columns, int count, int size, double* A);
+
 /// Adds the squared lengths of B x for two directions x (columns) at once.
 void add_squares_along(const double* block, int ld, int rows, int columns, const double* x, const double* y,
                        double out[2]);

@@ -73,58 +73,24 @@ class Corner : public Observation {
 
   void compare_reading(Eigen::Index row, int reading, const Sights& sights, const double* unknowns,
                        Comparison& out) const override {
-    const Eigen::Index at = 2 * static_cast<Eigen::Index>(reading);
-    if (std::isnan(uv_(row, at)) || std::isnan(uv_(row, at + 1))) return;
-    const auto& [c, b, k] = readings_[static_cast<std::size_t>(reading)];
-    const Camera& camera = rig_.cameras[c];
-    const Board& board = rig_.boards[b];
-    const Own &eye = owns_[c], &seen = owns_[rig_.cameras.size() + b];
-    const Pose read_camera = frame_of(eye, sights), read_board = frame_of(seen, sights);
-    const double seconds = camera.seconds(uv_(row, at + 1));
-    const Pose camera_frame = camera.frame_at(read_camera, row, seconds);
-    const Pose board_frame = board.frame_at(read_board, row, seconds);
-    const Eigen::Vector3d corner = board.corners.col(k);
+    if (!is_there(row, reading)) return;
+    Shot shot = shot_of(reading, sights, unknowns);
+    place(shot, row, seconds_of(row, reading));
+    compare_corner(shot, row, reading, out);
+  }
 
-    Eigen::Vector3d camera_turn, camera_shift, board_turn, board_shift;
-    unpack(eye, unknowns, camera_turn, camera_shift);
-    unpack(seen, unknowns, board_turn, board_shift);
-    const Turn &camera_by = turned(camera_turn, out.turns[0]), &board_by = turned(board_turn, out.turns[1]);
-    const Eigen::Matrix3d &R_camera_turn = camera_by.R, &R_board_turn = board_by.R;
-    const Pose T_world_given = board_frame * board.T_frame_own;
-    const Eigen::Vector3d p_world = T_world_given * (R_board_turn * corner + board_shift);
-    const Pose T_world_camera = camera_frame * camera.T_frame_own * Pose{R_camera_turn, camera_shift};
-    const Eigen::Matrix3d R_camera_world = T_world_camera.R.transpose();
-    const Eigen::Vector3d p = R_camera_world * (p_world - T_world_camera.p);
-
-    Intrinsics intrinsics = camera.intrinsics;
-    const int own_intrinsics = eye.count - (eye.placed ? 6 : 0);
-    const int intrinsics_at = eye.first + (eye.placed ? 6 : 0);
-    for (int i = 0; i < own_intrinsics; ++i) intrinsics[i] += unknowns[intrinsics_at + i];
-    const Drawn drawn = draw(camera.lens, intrinsics, p);
-
-    out.present[0] = out.present[1] = true;
-    out.r.head<2>() = drawn.uv - uv_.row(row).segment<2>(at).transpose();
-    // What moves the corner by d in the world moves it by R_camera_world d before the camera, which does the opposite.
-    const Eigen::Matrix<double, 2, 3> by_world = drawn.by_point * R_camera_world;
-    if (seen.frame >= 0)
-      add_motion(by_world, p_world - read_board.p, out.by_frame[static_cast<std::size_t>(seen.frame)]);
-    if (eye.frame >= 0)
-      add_motion(-by_world, p_world - read_camera.p, out.by_frame[static_cast<std::size_t>(eye.frame)]);
-
-    out.first_unknown = std::max(eye.first, 0);
-    out.unknown_count = eye.count;
-    out.second_unknown = std::max(seen.first, 0);
-    out.second_count = seen.count;
-    if (eye.placed) {
-      out.by_unknown.topLeftCorner<2, 3>() = -drawn.by_point * R_camera_turn.transpose();
-      out.by_unknown.block<2, 3>(0, 3) = drawn.by_point * skew(p) * camera_by.J_r;
-    }
-    if (own_intrinsics > 0)
-      out.by_unknown.block(0, eye.placed ? 6 : 0, 2, own_intrinsics) = drawn.by_intrinsic.leftCols(own_intrinsics);
-    if (seen.placed) {
-      const Eigen::Matrix<double, 2, 3> by_board = by_world * T_world_given.R;
-      out.by_unknown.block<2, 3>(0, eye.count) = by_board;
-      out.by_unknown.block<2, 3>(0, eye.count + 3) = -by_board * R_board_turn * skew(corner) * board_by.J_r;
+  void compare_all(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out,
+                   const std::function<void(int)>& take) const override {
+    std::optional<Shot> shot;
+    for (int reading = 0; reading < reading_count(); ++reading) {
+      if (!is_there(row, reading)) continue;
+      const auto& [c, b, k] = readings_[static_cast<std::size_t>(reading)];
+      const double seconds = seconds_of(row, reading);
+      const bool is_new = !shot || shot->camera != &rig_.cameras[c] || shot->board != &rig_.boards[b];
+      if (is_new) shot = shot_of(reading, sights, unknowns);
+      if (is_new || seconds != shot->seconds) place(*shot, row, seconds);
+      compare_corner(*shot, row, reading, out);
+      take(reading);
     }
   }
 
@@ -194,6 +160,26 @@ class Corner : public Observation {
     Eigen::Index corner;
   };
 
+  /// The turn exp(w) and its right Jacobian, the shift.
+  struct Placement {
+    Eigen::Matrix3d R, J_r;
+    Eigen::Vector3d p;
+  };
+
+  /// What the corners of one board in one camera share.
+  struct Shot {
+    const Camera* camera;
+    const Board* board;
+    const Own *eye, *seen;
+    Pose read_camera, read_board;  // their frames when the joints were read
+    Placement camera_own, board_own;
+    Intrinsics intrinsics;
+    int intrinsic_count;  // that are identified
+    // So many seconds after the joints were read:
+    double seconds = 0;
+    Pose T_world_given{}, T_world_board{}, T_world_camera{};  // of the board without and with its own placement
+  };
+
   static std::string nowhere(const std::string& what, const std::string& name) {
     return what + " " + name + " is in no picture with four corners of a board that are not on one line";
   }
@@ -235,18 +221,80 @@ class Corner : public Observation {
     return own.frame < 0 ? Pose{} : sights[static_cast<std::size_t>(own.frame)];
   }
 
-  static void unpack(const Own& own, const double* unknowns, Eigen::Vector3d& turn, Eigen::Vector3d& shift) {
-    turn.setZero();
-    shift.setZero();
-    if (!own.placed) return;
-    shift = Eigen::Map<const Eigen::Vector3d>(unknowns + own.first);
-    turn = Eigen::Map<const Eigen::Vector3d>(unknowns + own.first + 3);
+  static Placement placement(const Own& own, const double* unknowns) {
+    if (!own.placed) return {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+    const Eigen::Vector3d w(unknowns + own.first + 3);
+    return {exp_so3(w), right_jacobian_so3(w), Eigen::Vector3d(unknowns + own.first)};
   }
 
-  /// exp(w) and its right Jacobian, worked out where w is not that of the reading before.
-  static const Turn& turned(const Eigen::Vector3d& w, Turn& known) {
-    if (known.w != w) known = {w, exp_so3(w), right_jacobian_so3(w)};
-    return known;
+  bool is_there(Eigen::Index row, int reading) const {
+    return !std::isnan(uv_(row, 2 * reading)) && !std::isnan(uv_(row, 2 * reading + 1));
+  }
+
+  double seconds_of(Eigen::Index row, int reading) const {
+    return rig_.cameras[readings_[static_cast<std::size_t>(reading)].camera].seconds(uv_(row, 2 * reading + 1));
+  }
+
+  /// Of a reading; place() brings it to its time.
+  Shot shot_of(int reading, const Sights& sights, const double* unknowns) const {
+    const auto& [c, b, k] = readings_[static_cast<std::size_t>(reading)];
+    const Own &eye = owns_[c], &seen = owns_[rig_.cameras.size() + b];
+    Shot out{&rig_.cameras[c],
+             &rig_.boards[b],
+             &eye,
+             &seen,
+             frame_of(eye, sights),
+             frame_of(seen, sights),
+             placement(eye, unknowns),
+             placement(seen, unknowns),
+             rig_.cameras[c].intrinsics,
+             eye.count - (eye.placed ? 6 : 0)};
+    const double* change = unknowns + eye.first + (eye.placed ? 6 : 0);
+    for (int i = 0; i < out.intrinsic_count; ++i) out.intrinsics[i] += change[i];
+    return out;
+  }
+
+  static void place(Shot& of, Eigen::Index row, double seconds) {
+    of.seconds = seconds;
+    of.T_world_given = of.board->frame_at(of.read_board, row, seconds) * of.board->T_frame_own;
+    of.T_world_board = of.T_world_given * Pose{of.board_own.R, of.board_own.p};
+    of.T_world_camera = of.camera->frame_at(of.read_camera, row, seconds) * of.camera->T_frame_own *
+                        Pose{of.camera_own.R, of.camera_own.p};
+  }
+
+  void compare_corner(const Shot& of, Eigen::Index row, int reading, Comparison& out) const {
+    const Eigen::Vector3d corner = of.board->corners.col(readings_[static_cast<std::size_t>(reading)].corner);
+    const Eigen::Vector3d p_world = of.T_world_board * corner;
+    const Eigen::Matrix3d R_camera_world = of.T_world_camera.R.transpose();
+    const Eigen::Vector3d p = R_camera_world * (p_world - of.T_world_camera.p);
+    const Drawn drawn = draw(of.camera->lens, of.intrinsics, p);
+
+    out.present[0] = out.present[1] = true;
+    out.r.head<2>() = drawn.uv - uv_.row(row).segment<2>(2 * static_cast<Eigen::Index>(reading)).transpose();
+    // What moves the corner by d in the world moves it by R_camera_world d before the camera, which does the opposite.
+    const Eigen::Matrix<double, 2, 3> by_world = drawn.by_point * R_camera_world;
+    if (of.seen->frame >= 0)
+      add_motion(by_world, p_world - of.read_board.p, out.by_frame[static_cast<std::size_t>(of.seen->frame)]);
+    if (of.eye->frame >= 0)
+      add_motion(-by_world, p_world - of.read_camera.p, out.by_frame[static_cast<std::size_t>(of.eye->frame)]);
+
+    out.first_unknown = std::max(of.eye->first, 0);
+    out.unknown_count = of.eye->count;
+    out.second_unknown = std::max(of.seen->first, 0);
+    out.second_count = of.seen->count;
+    if (of.eye->placed) {
+      out.by_unknown.topLeftCorner<2, 3>() = -drawn.by_point * of.camera_own.R.transpose();
+      out.by_unknown.block<2, 3>(0, 3) = drawn.by_point * skew(p) * of.camera_own.J_r;
+    }
+    if (of.intrinsic_count > 0) {
+      out.by_unknown.block(0, of.eye->placed ? 6 : 0, 2, of.intrinsic_count) =
+          drawn.by_intrinsic.leftCols(of.intrinsic_count);
+    }
+    if (of.seen->placed) {
+      out.by_unknown.block<2, 3>(0, of.eye->count) = by_world * of.T_world_given.R;
+      out.by_unknown.block<2, 3>(0, of.eye->count + 3) =
+          -by_world * of.T_world_board.R * skew(corner) * of.board_own.J_r;
+    }
   }
 
   static void pack(const Own& own, const Pose& given, const Pose& found, Eigen::Ref<Eigen::VectorXd> unknowns) {

@@ -144,6 +144,10 @@ class PickedRows : public Observation {
                        Comparison& out) const override {
     of_->compare_reading(rows_[row], reading, sights, unknowns, out);
   }
+  void compare_all(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out,
+                   const std::function<void(int)>& take) const override {
+    of_->compare_all(rows_[row], sights, unknowns, out, take);
+  }
   double sigma(Eigen::Index row, int component) const override { return of_->sigma(rows_[row], component); }
   bool claims_sigma() const override { return of_->claims_sigma(); }
   bool is_known() const override { return of_->is_known(); }

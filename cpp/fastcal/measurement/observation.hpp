@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,6 @@ constexpr int kMostComponents = 3;  ///< numbers of one reading
 constexpr int kMostFrames = 4;      ///< frames of the chain that it may look at
 constexpr int kMostUnknowns = 32;   ///< own unknowns on which one reading may depend
 
-/// The turn exp(w) and its right Jacobian; as new, of no turn.
-struct Turn {
-  Eigen::Vector3d w = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity(), J_r = Eigen::Matrix3d::Identity();
-};
-
 /// One reading of an observation. Filled again for each.
 struct Comparison {
   std::array<bool, kMostComponents> present{};  ///< was it measured?
@@ -38,7 +33,6 @@ struct Comparison {
   int second_unknown = 0;  ///< and on second_count from here on, whose derivatives follow those of the first
   int second_count = 0;
   Eigen::Matrix<double, kMostComponents, kMostUnknowns> by_unknown;  ///< d r / d unknown
-  std::array<Turn, 2> turns;  ///< of the reading before, which most share; no result, so clear() leaves them
 
   /// As new, for an observation of so many frames, with unknowns or without.
   void clear(std::size_t frames = kMostFrames, bool unknowns = true) {
@@ -96,6 +90,16 @@ class Observation {
   virtual void compare_reading(Eigen::Index row, int /*reading*/, const Sights& sights, const double* unknowns,
                                Comparison& out) const {
     compare(row, sights, unknowns, out);
+  }
+
+  /// compare_reading() of all readings of a row, each into a clear `out`: `take`, which clears it again, is told which.
+  /// Worth writing where readings share much, as the corners of a picture do.
+  virtual void compare_all(Eigen::Index row, const Sights& sights, const double* unknowns, Comparison& out,
+                           const std::function<void(int)>& take) const {
+    for (int reading = 0; reading < reading_count(); ++reading) {
+      compare_reading(row, reading, sights, unknowns, out);
+      take(reading);
+    }
   }
 
   /// Standard deviation that the data claim for a number of a row; 0: they claim none.

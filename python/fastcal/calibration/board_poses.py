@@ -72,8 +72,10 @@ def planar_misfit(camera: Mapping[str, Any], points: FloatArray, seen: FloatArra
     all_of = np.ones((1, int(known.sum())), dtype=bool)
     xy, (plane, _, _) = _directions(camera, seen[np.newaxis, known]), _centred(points[known], all_of)
     p = np.column_stack([plane[0], np.ones(len(plane[0]))]) @ _homographies(plane, xy, all_of)[0].T
-    r = (p[:, :2] / p[:, 2:] - xy[0]) * np.array(camera["focal_px"])
-    return float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
+    with np.errstate(divide="ignore", invalid="ignore"):  # corners in another order may lie on its horizon
+        r = (p[:, :2] / p[:, 2:] - xy[0]) * np.array(camera["focal_px"])
+    left = float(np.sqrt(np.mean(np.sum(r**2, axis=1))))
+    return left if np.isfinite(left) else np.inf
 
 
 def _on_a_line(points: FloatArray, known: BoolArray) -> BoolArray:

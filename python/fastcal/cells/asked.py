@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 
 # Plausible sizes within which places and effects are held where the geometry is: far more than a reading leaves open.
 WEAK = 10.0
+_GROUND = 0.1  # of what says where the world is
 _OF_A_PLACE = 6
 
 
@@ -75,6 +76,16 @@ def asked_parameters(
 def _ground(cell: Cell, readings: Readings) -> str | None:
     """The arm whose base says where the world is, where touches of unknown places, and no instrument there, show it."""
     if not readings.labels or readings.is_read_from_world:
+        return None
+    return next((of.name for of in cell.arms if of.on == "world"), None)
+
+
+def pictured_ground(cell: Cell, readings: Readings) -> str | None:
+    """The same where pictures alone were read, of which no camera and no board stands at a known place of the world."""
+    if any("@" in name for name in readings.tables) or readings.labels:
+        return None
+    in_world = [of for of in (*cell.cameras.values(), *cell.boards.values()) if (of["on"] or "world") == "world"]
+    if any(of.get("fixed") or "sigma_mm" in of or "sigma_deg" in of for of in in_world):
         return None
     return next((of.name for of in cell.arms if of.on == "world"), None)
 
@@ -134,7 +145,9 @@ class Priors:
         return {"prior_mean": self.mean, "prior_sigma": self.sigma} if np.isfinite(self.sigma).any() else {}
 
 
-def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes: float | None) -> Priors:
+def priors(
+    cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes: float | None, ground: str | None = None
+) -> Priors:
     """What is known of a cell before its readings.
 
     Args:
@@ -142,6 +155,8 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
         asked: The parameters that are identified.
         unknowns: Of what was read, behind the parameters.
         sizes: Hold the geometry of the arms within so many plausible sizes of where it is; None: not at all.
+        ground: The arm whose base says where the world is, where nothing else does. Held weakly beside readings as
+            sharp as pictures, it and all that stands in the world would be told from nothing by rounding alone.
     """
     core = cell.core
     mean = np.asarray(cell.model.start)
@@ -151,7 +166,7 @@ def priors(cell: Cell, asked: list[int], unknowns: list[_core.Parameter], sizes:
         known = cell.known(branch.name)
         first, behind = branch.first_parameter, branch.first_parameter + _OF_A_PLACE
         if sizes is not None:  # what no reading shows of a place must not wander to where the held geometry fits better
-            sigma[first:behind] = WEAK * plausible[first:behind]
+            sigma[first:behind] = (_GROUND if branch.name == ground else WEAK) * plausible[first:behind]
             if branch.joint_count:
                 geometry[behind : first + branch.parameter_count - _OF_A_PLACE] = True
         if known.sigma_mm is not None:

@@ -181,7 +181,7 @@ def calibrate_cell(
     of_data = data_notes(start, used, fit.asked)
     fit, status, message, held = never_worse(fit.of_more_rows(report), report)
     found, solution, noise, shared, measured = fit.found, fit.solution, fit.noise, fit.shared, fit.measured
-    model = replace(fit.model, records=way_records(fit.model, readings, threads))
+    model = replace(fit.model, records=way_records(fit.model, given, readings, threads))
     readings = replace(readings, notes=(*readings.notes, *of_data, *held))
     names = [full_name(parameter) for parameter in found.parameters]
     own = len(start.core.nominal)

@@ -35,6 +35,7 @@ _ROUNDS = 10
 _SETTLED = 1e-2  # standard deviations: less of a step is none
 _SCALES = (0.05, 20.0)  # bounds of s
 _REPEATS = (1e-8, 1e-2)  # [rad] bounds of what joints repeat to
+_BEYOND = 0.5  # of the greatest
 _REPEATS_START = 1e-5
 _HELD = (0.05, 20.0)  # bounds of how far the geometry may be off, in plausible sizes
 
@@ -52,6 +53,11 @@ class SharedNoise:
     scale: float
     repeats: float
     held: float | None
+
+    @property
+    def is_beyond(self) -> bool:
+        """Do joints seem to repeat worse than any that was looked for? Then something else is what readings share."""
+        return self.repeats > _BEYOND * _REPEATS[1] * self.scale
 
     def precision(self, of_one: FloatArray, geometry: NDArray[np.bool_]) -> FloatArray:
         """(u,) of what is known, from that with the geometry at one plausible size."""

@@ -16,7 +16,7 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.kind_noise import noise_by_kind
 from fastcal.calibration.parameter_limits import bounds_of
 from fastcal.calibration.unknowns import CORNERS, unknowns_found
-from fastcal.cells.asked import asked_parameters, priors
+from fastcal.cells.asked import asked_parameters, pictured_ground, priors
 from fastcal.cells.axis_noise import noise_of_axes, with_axis_noise
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import is_of_rig, view_errors
@@ -74,12 +74,14 @@ class Fit:
         threads: int,
         report: Progress,
         near: Cell | None = None,
+        shares: bool = True,
     ) -> Fit:
         """The fit of some arms, or all, by a loss: weighed by the axes' noise, and by what joints or poses share.
 
-        It begins at `start`, or at the same cell as another fit has it, `near`.
+        It begins at `start`, or at the same cell as another fit has it, `near`. `shares`: may readings of one row err
+        together?
         """
-        options: dict[str, Any] = {"effects": effects, "arms": arms, "loss": loss, "threads": threads}
+        options: dict[str, Any] = {"effects": effects, "arms": arms, "loss": loss, "threads": threads, "shares": shares}
         asked = asked_parameters(start, used, effects=effects, arms=arms)
         sizes = geometry_sizes(start, used, asked)
         few = _numbers_of(start, used) < _ENOUGH * len(asked)
@@ -97,14 +99,17 @@ class Fit:
             solution, model = found, there(start, measured, found)
             noise = noise_of_axes(noise, weighed, by_axis)
         shared = None
-        if has_joints and (few or CORNERS in used.tables) and found.status == "converged":
+        ground = pictured_ground(start, used)
+        # Where a camera has nothing left but gross pictures, its place is no longer among what is read.
+        shares &= len(used.pick(kept).measured(start).parameters) == len(measured.parameters)
+        if shares and has_joints and (few or CORNERS in used.tables) and found.status == "converged":
             report("weighing what the joints repeat to")
-            known = priors(start, asked, measured.parameters, None if sizes is None else 1.0)
+            known = priors(start, asked, measured.parameters, None if sizes is None else 1.0, ground)
             with suppress(np.linalg.LinAlgError):  # far from all readings, which whoever judges the fit says
                 solution, shared = settled(start, weighed.pick(kept), found, known, threads)
             model = there(start, measured, solution)
-        elif any(arm.of_poses for arm in start.arms) and found.status == "converged":
-            known = priors(start, asked, measured.parameters, sizes)
+        elif shares and any(arm.of_poses for arm in start.arms) and found.status == "converged":
+            known = priors(start, asked, measured.parameters, sizes, ground)
             poses = settled_poses(start, used.pick(kept), found, known, threads)
             if poses is not None:
                 solution, model = poses, there(start, measured, poses)
@@ -163,10 +168,11 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
         "converged": said("has larger errors than the nominal arm"),
         "too_few_equations": said("has too few equations"),
     }.get(status, said("did not converge"))
-    for other in ("none", "huber"):
-        if other == loss:
+    more, notes = _without_sharing(fit)
+    for other in (loss, "none", "huber") if more else ("none", "huber"):
+        if other == loss and not more:
             continue
-        tried = fit.again(report, loss=other)
+        tried = fit.again(report, loss=other, **more)
         if not worse(tried):
             note = said(
                 "the fit with the loss {loss} {why}: the result is that with the loss {other}",
@@ -174,24 +180,35 @@ def never_worse(fit: Fit, report: Progress) -> tuple[Fit, str, str, list[str]]:
                 why=why,
                 other=other,
             )
-            return tried, tried.found.status, tried.found.message, [note]
+            return tried, tried.found.status, tried.found.message, notes if other == loss else [note, *notes]
     arms = frozenset(arm.name for arm in fit.start.arms if given is None or arm.name in given)
     ever, held = set[str](), frozenset[str]()
     while now - ever and arms - held:
         ever |= now
         held |= arms_to_blame(fit.start, before.keys(), now, ever)
-        tried = fit.again(report, arms=sorted(arms - held))
+        tried = fit.again(report, arms=sorted(arms - held), **more)
         now = worse(tried)
     if status == "converged" and not arms - held:
-        alone = fit.again(report, arms=(), loss="huber")
-        return alone, alone.found.status, alone.found.message, [_as_said(held, ever)]
+        alone = fit.again(report, arms=(), loss="huber", **more)
+        return alone, alone.found.status, alone.found.message, [_as_said(held, ever), *notes]
     if tried.found.status != "converged" or not arms - held:
         what = said(
             "the arms could not be identified: the fit {why}; only the places of the members are fitted", why=why
         )
         status = "not_converged" if status == "converged" else status
-        return fit.again(report, arms=(), loss="huber"), status, what, []
-    return tried, tried.found.status, tried.found.message, [_as_said(held, ever)]
+        return fit.again(report, arms=(), loss="huber", **more), status, what, notes
+    return tried, tried.found.status, tried.found.message, [_as_said(held, ever), *notes]
+
+
+def _without_sharing(fit: Fit) -> tuple[dict[str, Any], list[str]]:
+    """The option, and a note, of fits in which the corners of a picture share nothing, where it was too much."""
+    if fit.shared is None or not fit.shared.is_beyond or CORNERS not in fit.used.tables:
+        return {}, []
+    note = said(
+        "what the corners of a picture share is more than joints that do not come back, such as an error of the lens: "
+        "it is not weighed, and the deviations stated are too small"
+    )
+    return {"shares": False}, [note]
 
 
 def _as_said(arms: Collection[str], views: Collection[str]) -> str:
@@ -225,7 +242,7 @@ def identified(
     measured = readings.measured(cell)
     given: dict[str, Any] = {"asked": asked, "loss": loss, "threads": threads}
     given["unknowns"] = places.of(measured.parameters)
-    given |= priors(cell, asked, measured.parameters, sizes).options
+    given |= priors(cell, asked, measured.parameters, sizes, pictured_ground(cell, readings)).options
     given |= (
         bounds_of(cell.model.parameters, len(measured.parameters))
         if max(asked, default=0) >= len(cell.core.nominal)

@@ -24,6 +24,7 @@ from fastcal.effects.entries import full_name
 from fastcal.errors import FastcalError
 from fastcal.monitoring.update import update
 from fastcal.robot.calibration_record import CalibrationRecord, lower_root
+from fastcal.robot.controller_robot import nominal_record
 from fastcal.robot.identified_spec import Solution
 from fastcal.robot.rig import about_found
 from fastcal.robot.robot_spec import Spec
@@ -110,13 +111,17 @@ def updated_records(cell: Cell, readings: Readings, threads: int = 1) -> dict[st
         except FastcalError:
             continue
         if record is not None:
-            out[way.name] = record.to_spec()
+            out[way.name] = record.to_spec() | {k: v for k, v in out[way.name].items() if k == "nominal"}
     return out
 
 
-def way_records(cell: Cell, readings: Readings, threads: int = 1) -> dict[str, Spec]:
-    """`calibration` blocks by target; none of a way that its own readings do not fix."""
+def way_records(cell: Cell, given: Cell, readings: Readings, threads: int = 1) -> dict[str, Spec]:
+    """`calibration` blocks by target, with the geometry of the cell `given`, which the controllers have.
+
+    None of a way that its own readings do not fix.
+    """
     out: dict[str, Spec] = {}
+    before = {way.name: way for way in possible_ways(given, readings.views)}
     for way in possible_ways(cell, readings.views):
         try:
             found = calibrate(way.robot, way.rows(cell, readings), checks=False, threads=threads)
@@ -125,4 +130,7 @@ def way_records(cell: Cell, readings: Readings, threads: int = 1) -> dict[str, S
         record = found.model.record
         if found.status == "converged" and record is not None:
             out[way.name] = record.to_spec()
+            start = before[way.name].robot.spec
+            if len(start["joints"]) == len(way.robot.spec["joints"]):  # no branch has been found to weigh on it
+                out[way.name]["nominal"] = nominal_record(start)
     return out

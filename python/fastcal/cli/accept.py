@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fastcal.cli.accept_path import judge_path, plan_path_test
+from fastcal.cli.cell_arm import load_arm
 from fastcal.cli.console import emit, progress, say, tell, warn
-from fastcal.cli.options import DwellS, PageLanguage, SpeedPercent, file_names, three_numbers
+from fastcal.cli.options import DwellS, OfCell, PageLanguage, SpeedPercent, file_names, three_numbers
 from fastcal.cli.who import Who
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ def accept(
         Literal["fit", "model"] | None,
         typer.Option(help="Fit the instrument's frame, or take MODEL's base; default: fit, with --path model."),
     ] = None,
+    name: OfCell = "",
     page_language: PageLanguage = "en",
     who: Who | None = None,
 ) -> None:
@@ -96,10 +98,14 @@ def accept(
     Exit code 0: within the limits, or none were given. 4: a limit is exceeded. 3: the measurement cannot decide.
     """
     from fastcal.errors import InvalidInput
-    from fastcal.io.robot_file import load_robot
     from fastcal.units import to_si
 
-    robot = load_robot(model)
+    robot, forgets_nominal = load_arm(model, name)
+    if forgets_nominal and compensated:
+        raise InvalidInput(
+            f"{model}: a cell does not keep its nominal geometry, from which --compensated corrects; plan without it, "
+            "and compensate the program with --nominal"
+        )
     if plan:
         if data or targets or tolerance_mm or limit or budget:
             raise InvalidInput("--plan takes no DATA, --targets, --tolerance-mm, --limit or --budget, which judge")

@@ -74,7 +74,7 @@ def check(
     """
     from fastcal.cli.cells import check_cell, not_given
     from fastcal.errors import InvalidInput
-    from fastcal.importers import load_measurements
+    from fastcal.importers.corners import load_seen
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tree_file import is_cell
     from fastcal.monitoring.check import check as checked
@@ -110,7 +110,7 @@ def check(
     if corners is not None:
         _check_pictures(robot, data, corners, output, page_language, threads)
         return
-    measured = seen_by(tracker, load_measurements(data, robot))
+    measured = seen_by(tracker, load_seen(data, robot, None))
     with progress() as show:
         show("checking")
         found = checked(

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from fastcal.cli.cell_arm import load_arm
 from fastcal.cli.compensate_programs import compensate_programs, spread
 from fastcal.cli.console import emit, progress, say, warn
-from fastcal.cli.options import ModelFile, OutFile, Threads
+from fastcal.cli.options import ModelFile, OfCell, OutFile, Threads
 from fastcal.said import said
 
 if TYPE_CHECKING:
@@ -86,6 +87,7 @@ def compensate(
     corrections: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also write the correction of each target, as CSV.")
     ] = None,
+    name: OfCell = "",
     threads: Threads = 1,
 ) -> None:
     """Correct target poses or a robot program for the real arm.
@@ -94,7 +96,7 @@ def compensate(
     program with corrected targets.
     """
     from fastcal.errors import InvalidInput
-    from fastcal.io.robot_file import load_robot
+    from fastcal.io.tree_file import is_cell
     from fastcal.programs import language_of, other_language, refusal
     from fastcal.units import to_si
 
@@ -103,7 +105,8 @@ def compensate(
         conditions["payload"] = payload_kg
     if temperature_c is not None:
         conditions["temperature"] = to_si(temperature_c, "c")
-    options: dict[str, Any] = {"nominal": None if nominal is None else load_robot(nominal), "method": method}
+    before = None if nominal is None else load_arm(nominal, name if is_cell(nominal) else "")[0]
+    options: dict[str, Any] = {"nominal": before, "method": method}
     options["threads"] = threads
     if (report is not None and path is None) or (path is not None and (single or hold or method != "full")):
         raise InvalidInput("--report needs --path, and --path takes neither --single, --hold nor --method one-step")
@@ -111,7 +114,7 @@ def compensate(
         if path is not None:
             raise InvalidInput(f"{targets}: --path is for tables of poses, and this is a robot program")
         asked = options | conditions | {"inverse": inverse, "again": again}
-        compensate_programs(load_robot(model), targets, output, cell, corrections, asked, strict=strict)
+        compensate_programs(_arm(model, name, before), targets, output, cell, corrections, asked, strict=strict)
     elif (other := other_language(targets.name)) is not None:
         raise InvalidInput(refusal(str(targets), other))
     elif inverse:
@@ -124,7 +127,7 @@ def compensate(
         )
     else:
         _table(
-            load_robot(model),
+            _arm(model, name, before),
             targets,
             output,
             options | {"along_path": not single, "hold": hold or ()},
@@ -132,6 +135,18 @@ def compensate(
             report,
             corrections,
         )
+
+
+def _arm(model: str, name: str, nominal: Robot | None) -> Robot:
+    """The arm of MODEL, which keeps what it was before or is given beside that."""
+    from fastcal.errors import InvalidInput
+
+    robot, forgets_nominal = load_arm(model, name)
+    if forgets_nominal and nominal is None:
+        raise InvalidInput(
+            f"{model}: a cell does not keep its nominal geometry; give --nominal with the cell file that was calibrated"
+        )
+    return robot
 
 
 def _table(

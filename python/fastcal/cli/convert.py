@@ -10,8 +10,9 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from fastcal.cli.cell_arm import load_arm
 from fastcal.cli.console import emit, say, warn
-from fastcal.cli.options import OutFile, RobotFile
+from fastcal.cli.options import OfCell, OutFile, RobotFile
 
 
 def convert(
@@ -31,6 +32,7 @@ def convert(
             help="A UR controller's calibration.conf to add to ROBOT; or the kinematics YAML whose hash to keep.",
         ),
     ] = None,
+    name: OfCell = "",
 ) -> None:
     """Convert a robot to another file format.
 
@@ -40,9 +42,10 @@ def convert(
     from fastcal.conversion import convert as converted
     from fastcal.errors import InvalidInput
     from fastcal.io.robot_file import read_spec, write_spec
+    from fastcal.io.tree_file import is_cell
     from fastcal.io.ur_files import with_ur_deltas
 
-    spec = read_spec(robot)
+    spec = load_arm(robot, name)[0].spec if name or is_cell(robot) else read_spec(robot)
     of_controller = ur_calibration is not None and ur_calibration.suffix.lower() == ".conf"
     if ur_calibration is not None and of_controller:
         # Through screws, which need no far d where axes are parallel.

@@ -26,6 +26,10 @@ RobotFile = Annotated[
     ),
 ]
 ModelFile = Annotated[str, typer.Argument(metavar="MODEL", help="A calibrated robot: model.yaml.")]
+OfCell = Annotated[
+    str,
+    typer.Option("--name", metavar="TARGET", help="In a cell: the target whose arm is meant; it is the tool."),
+]
 AsRead = Annotated[
     bool, typer.Option("--as-read", help="Accept the columns as they are, even if another reading fits far better.")
 ]

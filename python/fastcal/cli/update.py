@@ -35,7 +35,7 @@ def update(
     far as it holds.
     """
     from fastcal.cli.cells import not_given, update_cell
-    from fastcal.importers import load_measurements
+    from fastcal.importers.corners import load_seen
     from fastcal.io.folder import check_folder
     from fastcal.io.robot_file import load_robot
     from fastcal.io.tree_file import is_cell
@@ -52,7 +52,7 @@ def update(
     if corners is not None:
         _update_pictures(robot, data, corners, output, page_language, who, threads)
         return
-    measured = seen_by(tracker, load_measurements(data, robot))
+    measured = seen_by(tracker, load_seen(data, robot, None))
     with progress() as show:
         show("bringing the model up to date")
         found = updated(robot, measured, as_read=as_read, who=who, threads=threads)

@@ -17,7 +17,7 @@ from fastcal.calibration.pictures import SECOND
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
-from fastcal.errors import ParseError
+from fastcal.errors import FastcalError, InvalidInput, ParseError
 from fastcal.importers.loading import load_measurements, load_or_open
 from fastcal.io.table import Table
 from fastcal.io.tables import read_table
@@ -43,18 +43,61 @@ _BEYOND = 0.5  # of the picture's size: a corner that far out is none of this pi
 
 def load_seen(files: Sequence[str | os.PathLike[str]], robot: Robot, corners: str | os.PathLike[str] | None) -> Dataset:
     """`load_measurements`, with the corners that cameras saw in these poses where they are given."""
-    if corners is None:
-        return load_measurements(files, robot)
-    return with_corners(load_measurements(files, robot, require_measured=False), corners, robot)
+    try:
+        if corners is None:
+            return load_measurements(files, robot)
+        measured = load_measurements(files, robot, require_measured=False)
+    except ParseError as error:
+        raise _better(error, files, robot, corners) from None
+    return with_corners(measured, corners, robot)
+
+
+def _better(
+    error: ParseError,
+    files: Sequence[str | os.PathLike[str]],
+    robot: Robot | None,
+    corners: str | os.PathLike[str] | None,
+) -> FastcalError:
+    """The error, or what was probably meant: files that are exchanged, a table of corners that was left out."""
+    for file in files:
+        if _holds_corners(file):
+            return InvalidInput(
+                f"{file}: holds corners, which --corners takes; expected the postures of these pictures"
+            )
+    if corners is None and robot is not None and has_rig(robot.description) and _is_readable(files, robot):
+        return InvalidInput(
+            f"{files[0]}: holds nothing measured, and what the cameras saw is not given; expected --corners FILE, "
+            "which fastcal detect makes of pictures"
+        )
+    return error
+
+
+def _holds_corners(path: str | os.PathLike[str]) -> bool:
+    try:
+        return {"u_px", "v_px"} <= set(read_table(path).names)
+    except FastcalError:
+        return False
+
+
+def _is_readable(files: Sequence[str | os.PathLike[str]], robot: Robot) -> bool:
+    """Are they tables of postures, whatever was measured?"""
+    try:
+        load_measurements(files, robot, require_measured=False)
+    except FastcalError:
+        return False
+    return True
 
 
 def load_seen_readings(
     path: str | os.PathLike[str], cell: Cell, corners: str | os.PathLike[str] | None = None
 ) -> Readings:
     """`load_readings` of a cell, with the corners that its cameras saw in these postures where they are given."""
+    try:
+        readings = load_readings(path, cell, require_measured=corners is None)
+    except ParseError as error:
+        raise _better(error, [path], None, corners) from None
     if corners is None:
-        return load_readings(path, cell)
-    readings = load_readings(path, cell, require_measured=False)
+        return readings
     seen = load_corners(corners, cell, len(readings))
     return replace(readings, tables={**readings.tables, **seen.tables}, notes=(*readings.notes, *seen.notes))
 
@@ -66,7 +109,12 @@ def load_seen_or_open(
     seen: Callable[[Dataset], Dataset],
 ) -> Dataset | LongDataset:
     """`load_seen`, or `load_or_open` where no camera saw anything."""
-    return load_or_open(files, robot, seen) if corners is None else seen(load_seen(files, robot, corners))
+    if corners is not None:
+        return seen(load_seen(files, robot, corners))
+    try:
+        return load_or_open(files, robot, seen)
+    except ParseError as error:
+        raise _better(error, files, robot, corners) from None
 
 
 def with_corners(data: Dataset, path: str | os.PathLike[str], robot: Robot) -> Dataset:
@@ -111,7 +159,9 @@ def load_corners(path: str | os.PathLike[str], rig: Seeing, count: int) -> Corne
         count: Postures.
     """
     if not has_rig(rig):
-        raise ParseError("holds corners, and the robot file has no cameras or no boards; give a cell file", path)
+        raise ParseError(
+            "holds corners, and the file has no cameras or no boards to see them; give a cell file that has both", path
+        )
     table = read_table(path)
     try:
         return _corners(table, rig, count)

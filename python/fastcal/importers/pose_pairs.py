@@ -29,6 +29,7 @@ from fastcal.robot.se3 import pose_of_six
 FloatArray = NDArray[np.float64]
 
 _CLEAR = 5.0  # times better: the other way round is what the file means
+_ALIKE = 1.01  # no better than the other way round
 _MOST = 0.75  # of few pairs half may agree in a wrong way round
 _MOST_REACH = 30.0  # [m] of an arm, on its track
 _NEAR = 0.5  # of the least time between two poses of the arm
@@ -209,9 +210,17 @@ def _the_right_way(found: PosePairs) -> PosePairs:
     in_hand, in_room = _misfit(found.flange, found.seen), _misfit(inverse, found.seen)
     if found.in_hand is None:
         # A board whose poses are inverse looks the same as a camera at the other end: poses cannot tell these apart.
-        is_in_hand = in_hand <= in_room
+        is_in_hand = in_hand <= _ALIKE * in_room
         where = "on the arm and the board in the room" if is_in_hand else "in the room and the board on the arm"
         said = f"the camera is {where}, as the poses agree so (or the other way, were the board's poses inverse)"
+        if max(in_hand, in_room) <= _CLEAR * min(in_hand, in_room):
+            # Of three poses the motions between them, and between their inverses, have the same angles and pitches.
+            count = len(found.flange)
+            said = (
+                f"{count} pairs agree about as well with a camera on the arm as with one in the room: it is "
+                f"taken to be {where}; if it is not, exchange on: of camera and board in the cell file, or measure "
+                "more pairs with other turns"
+            )
         return replace(found, in_hand=is_in_hand, notes=(*found.notes, said))
     own, other = (in_hand, in_room) if found.in_hand else (in_room, in_hand)
     if own > _CLEAR * other:

@@ -43,7 +43,11 @@ def cell_spec(value: Spec, path: Path, read_arm: Callable[..., Spec]) -> Spec:
     name = top.text("cell", path.stem)
     arms = top.inner("arms").rest()
     if len(arms) != 1:
-        top.refuse("arms", f"expected one arm, got {len(arms)}; {TAKE_CELLS} take several")
+        top.refuse(
+            "arms",
+            f"expected one arm, got {len(arms)}; {TAKE_CELLS} take several, and convert, compensate and accept one of "
+            "them with --name",
+        )
     (arm, given), *_ = arms.items()
     fields = Fields({"robot": given} if isinstance(given, str) else given, f"arms.{arm}", path)
     source = fields.text("robot")

@@ -8,6 +8,7 @@
 
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <vector>
 
 #include "support/random.hpp"
 
@@ -35,6 +36,22 @@ TEST(AddGram, AddsTheProductOfTheBlockWithItself) {
       EXPECT_LT((A - wanted).norm(), 1e-13 * wanted.norm()) << columns << " columns, " << rows << " rows";
     }
   }
+}
+
+TEST(AddGram, OfSomeColumnsLeavesTheOthersAlone) {
+  Random random(5);
+  constexpr int kColumns = 13, kRows = 2056;  // more than stay in the cache
+  const std::vector<int> some{0, 2, 3, 7, 8, 12};
+  const Eigen::MatrixXd block = block_of(random, kRows + 8, kRows, kColumns);
+  Eigen::MatrixXd A = Eigen::MatrixXd::Ones(kColumns, kColumns);
+  kernels::add_gram(block.data(), kRows + 8, kRows, some.data(), static_cast<int>(some.size()), kColumns, A.data());
+  Eigen::MatrixXd wanted = Eigen::MatrixXd::Ones(kColumns, kColumns);
+  for (const int i : some) {
+    for (const int j : some) {
+      if (i <= j) wanted(i, j) += block.col(i).head(kRows).dot(block.col(j).head(kRows));
+    }
+  }
+  EXPECT_LT((A - wanted).cwiseAbs().maxCoeff(), 1e-13 * kRows);
 }
 
 TEST(AddSquaresAlong, AddsThoseOfTheBlockTimesEachDirection) {

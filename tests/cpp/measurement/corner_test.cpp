@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
+#include <vector>
 
 #include "fastcal/math/check.hpp"
 #include "fastcal/math/se3.hpp"
@@ -138,6 +140,37 @@ TEST(Corner, AFrameThatMovesOrIsOutOfPlaceIsWhereItsTwistsPutIt) {
       EXPECT_LT((by_unknown(got, k) - by_unknown(wanted, k)).norm(), 1e-6 * (1 + by_unknown(wanted, k).norm())) << k;
     }
   }
+}
+
+/// With a rolling shutter each corner has its own moment.
+TEST(Corner, AllReadingsOfARowAreThoseOfEach) {
+  Random random(17);
+  Rig moving = rig();
+  moving.cameras[0].delay = 0.02;
+  moving.cameras[0].line_time = 1e-4;
+  moving.cameras[0].motion = random.values(12, 0.3).reshaped(2, 6);
+  moving.boards[1].shift = random.values(12, 0.01).reshaped(2, 6);
+  RowMatrixXd uv = RowMatrixXd::NullaryExpr(2, 48, [&] { return random.uniform(0, 1000); });
+  uv(1, 4) = uv(1, 13) = kNan;
+  const Measurements all = measured(moving, uv);
+  const Measurements second = all.pick({1});
+  const Sights sights{random.pose(1), random.pose(1)};
+  const Eigen::VectorXd unknowns = random.values(all.unknown_count(), 0.05);
+  std::vector<int> taken;
+  Comparison found;
+  found.clear();
+  second.observations()[0]->compare_all(0, sights, unknowns.data(), found, [&](int reading) {
+    const Comparison wanted = compared(all, sights, unknowns, reading, 1);
+    EXPECT_EQ(found.r, wanted.r) << reading;
+    EXPECT_EQ(found.by_frame[0], wanted.by_frame[0]) << reading;
+    EXPECT_EQ(found.by_unknown, wanted.by_unknown) << reading;
+    EXPECT_EQ(found.first_unknown, wanted.first_unknown) << reading;
+    EXPECT_EQ(found.second_unknown, wanted.second_unknown) << reading;
+    taken.push_back(reading);
+    found.clear();
+  });
+  EXPECT_EQ(taken.size(), 22U);
+  EXPECT_EQ(std::count(taken.begin(), taken.end(), 2) + std::count(taken.begin(), taken.end(), 6), 0);
 }
 
 TEST(Corner, TwistsOfAnotherNumberOfRowsAreRefused) {

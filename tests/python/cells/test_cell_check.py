@@ -124,7 +124,7 @@ def test_what_cannot_be_checked_gets_one_sentence(
     poses = write_poses(tmp_path, cell, new_rows(cell, None))
     for model, more, sentence in (
         (folder / "cell.yaml", [], "keeps no covariance of what carries smr_left; expected a model.yaml"),
-        (folder / "model.yaml", ["--corners", str(poses)], "holds corners, and the robot file has no cameras"),
+        (folder / "model.yaml", ["--corners", str(poses)], "holds corners, and the file has no cameras"),
         (folder / "model.yaml", ["--serial", "7"], "--serial is for one arm"),
     ):
         assert main(["check", str(model), str(poses), *more]) == 2

@@ -234,5 +234,5 @@ def test_a_corner_that_is_given_three_times_is_refused(tmp_path: Path) -> None:
 def test_corners_without_a_camera_are_refused(tmp_path: Path) -> None:
     camera.write(tmp_path)
     robot = load_robot(tmp_path / "arm.yaml")
-    with pytest.raises(ParseError, match="the robot file has no cameras or no boards"):
+    with pytest.raises(ParseError, match="the file has no cameras or no boards"):
         load_seen([tmp_path / "poses.csv"], robot, tmp_path / "corners.csv")

@@ -180,7 +180,7 @@ def test_what_cannot_be_diagnosed_gets_one_sentence(tmp_path: Path, capsys: pyte
             ["--exclude", "backlash@mid.joint1"],
             "--exclude backlash@mid.joint1: expected an owner such as column.joint1",
         ),
-        (["--corners", str(poses)], "holds corners, and the robot file has no cameras or no boards"),
+        (["--corners", str(poses)], "holds corners, and the file has no cameras or no boards"),
     ):
         assert main([*command, *more]) == 2
         error = capsys.readouterr().err.strip().splitlines()

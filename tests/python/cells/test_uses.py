@@ -169,17 +169,14 @@ def test_cells_that_have_nothing_in_common_are_not_compared(tmp_path: Path) -> N
         compare_cells(cell, other)
 
 
-@pytest.mark.parametrize("command", ["compensate", "convert", "template", "accept", "train", "drop"])
+@pytest.mark.parametrize("command", ["template", "train", "drop"])
 def test_what_takes_one_arm_says_what_takes_several(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, poses = written(tmp_path, content()), tmp_path / "poses.csv"
     poses.write_text("q1_deg\n0\n")
     more = {
-        "compensate": [str(poses)],
-        "convert": ["--to", "dh"],
         "template": [],
-        "accept": [str(poses), "--tolerance-mm", "1"],
         "train": [str(poses), "--network", "gp"],
         "drop": ["backlash"],
     }[command]

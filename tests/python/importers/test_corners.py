@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fastcal.calibration.unknowns import CORNERS
-from fastcal.errors import ParseError
-from fastcal.importers.corners import load_corners
+from fastcal.errors import InvalidInput, ParseError
+from fastcal.importers.corners import load_corners, load_seen, load_seen_or_open
 from fastcal.io.robot_file import load_robot
 from fastcal.robot.robot import Robot
 
@@ -57,3 +57,24 @@ def test_one_of_several_boards_is_named(tmp_path: Path) -> None:
     two = rig(tmp_path, f"{{plate: {BOARD}, other: {BOARD}}}").description
     with pytest.raises(ParseError, match="column 'board' is missing"):
         load_corners(table(tmp_path, "frame,id,u,v", 0), two, 2)
+
+
+def postures(folder: Path, more: str = "") -> Path:
+    lines = ["q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg", f"10,-80,70,10,20,30{more}", f"20,-70,60,20,30,10{more}"]
+    (folder / "poses.csv").write_text("\n".join(lines) + "\n")
+    return folder / "poses.csv"
+
+
+def test_files_that_are_exchanged_or_left_out_are_named(tmp_path: Path) -> None:
+    robot, corners, poses = rig(tmp_path), table(tmp_path, "row,corner,u_px,v_px", 0), postures(tmp_path)
+    assert len(load_seen([poses], robot, corners)) == 2
+    for load in (load_seen, lambda *given: load_seen_or_open(*given, seen=lambda rows: rows)):
+        with pytest.raises(InvalidInput, match=r"corners\.csv: holds corners, which --corners takes"):
+            load([corners], robot, poses)
+        with pytest.raises(InvalidInput, match=r"poses\.csv: holds nothing measured.* expected --corners FILE"):
+            load([poses], robot, None)
+        with pytest.raises(ParseError, match=r"holds nothing measured; expected numbers in x_mm"):
+            load([poses], load_robot("ur5"), None)
+        with pytest.raises(ParseError, match=r"poses\.csv:2"):
+            load([postures(tmp_path, ",1")], robot, None)
+        postures(tmp_path)

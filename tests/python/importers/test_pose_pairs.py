@@ -142,6 +142,16 @@ def test_a_camera_in_the_room_is_known_by_its_poses(tmp_path: Path, kind: str) -
     np.testing.assert_allclose(found.seen, seen, atol=1e-9)
 
 
+@pytest.mark.parametrize(("count", "doubtful"), [(3, True), (4, False)])
+def test_three_pairs_cannot_say_where_the_camera_is(tmp_path: Path, count: int, doubtful: bool) -> None:
+    """The motions between three poses, and between their inverses, are alike."""
+    flange, seen = sessions(in_hand=False)
+    found = read_pose_pairs(easy_handeye2(tmp_path, flange[:count], seen[:count]))
+    assert found is not None
+    assert found.in_hand is doubtful
+    assert doubtful is any("about as well with a camera on the arm as with one in the room" in n for n in found.notes)
+
+
 def test_poses_that_agree_the_other_way_are_refused_where_the_file_says_which(tmp_path: Path) -> None:
     flange, seen = sessions()
     with pytest.raises(InvalidInput, match="as eye_in_hand the poses do not agree"):
