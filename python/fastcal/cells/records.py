@@ -130,7 +130,7 @@ def way_records(cell: Cell, given: Cell, readings: Readings, threads: int = 1) -
         record = found.model.record
         if found.status == "converged" and record is not None:
             out[way.name] = record.to_spec()
-            start = before[way.name].robot.spec
-            if len(start["joints"]) == len(way.robot.spec["joints"]):  # no branch has been found to weigh on it
-                out[way.name]["nominal"] = nominal_record(start)
+            start = before[way.name].robot
+            if start.joint_count == way.robot.joint_count:  # no branch has been found to weigh on it
+                out[way.name]["nominal"] = nominal_record(start.spec)
     return out
