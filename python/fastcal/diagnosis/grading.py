@@ -250,7 +250,8 @@ def may_be_another(
     temperature, for a law that is none of theirs, unless its signal is that of grade A. Waves have one form: none makes
     up for another's. A name behind which most parts of the data do not stand, or what yields to loads more than any
     arm, does the work of something else; what stands for an unknown weight has any law of its load; nothing deflects
-    against its load.
+    against its load. Of many names, found by exchanging them for each other, those of one effect that most of
+    them share are more.
 
     Args:
         found: The evidence for it.
@@ -278,9 +279,16 @@ def may_be_another(
         (found.follows_loads and not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
         (name.traits.without_masses, Because(Reason.NO_MASSES)),
         (is_against_load(name), Because(Reason.AGAINST_LOAD)),
+        (_is_alone_in_a_crowd(name, [other for _, other in beside]), Because(Reason.UNSURE_COMPANION)),
     ]
     jumps = (because for because in found.alike if because.reason is Reason.OWN_JUMP)
     return (*jumps, *(because for is_met, because in limits if is_met))
+
+
+def _is_alone_in_a_crowd(name: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+    """Are there more than MAX_EFFECTS names, most of them of other effects than this one?"""
+    alike = 1 + sum(other.effect == name.effect for other in others)
+    return len(others) >= rules.MAX_EFFECTS and 2 * alike <= 1 + len(others)
 
 
 def _sure_signal(found: Evidence, name: Hypothesis) -> float:

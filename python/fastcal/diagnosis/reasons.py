@@ -64,6 +64,7 @@ MAY_BE_ANOTHER = frozenset(
         Reason.SOMETHING_REMAINS,
         Reason.OWN_JUMP,
         Reason.AGAINST_LOAD,
+        Reason.UNSURE_COMPANION,
     ]
 )
 

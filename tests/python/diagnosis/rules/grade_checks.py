@@ -118,6 +118,19 @@ def a_name_that_most_parts_do_not_bear_out_may_be_another() -> None:
     assert reasons(is_plausible=False) == []  # worn gears have any backlash
 
 
+@falls_with(MAX_EFFECTS=3)
+@falls_with(MAX_EFFECTS=9)
+def of_many_names_those_of_the_commonest_effect_stay() -> None:
+    def reasons(effect: str, *others: str) -> list[Reason]:
+        beside = [(SURE, name(2 + k, other)) for k, other in enumerate(others)]
+        return [because.reason for because in grading.may_be_another(SURE, name(1, effect), beside, (), None)]
+
+    yields = ["joint_compliance"] * 4
+    assert reasons("link_torsion", *yields) == [Reason.UNSURE_COMPANION]
+    assert reasons("joint_compliance", *yields[1:], "link_torsion") == []
+    assert reasons("link_torsion", *yields[1:]) == []  # four are not many
+
+
 @falls_with(GRADE_A_SNR_LOADS=0.0)
 def a_sag_without_masses_is_a_place_and_no_law() -> None:
     sag = name(1, "gravity_sag")
