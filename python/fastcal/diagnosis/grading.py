@@ -250,8 +250,8 @@ def may_be_another(
     temperature, for a law that is none of theirs, unless its signal is that of grade A. Waves have one form: none makes
     up for another's. A name behind which most parts of the data do not stand, or what yields to loads more than any
     arm, does the work of something else; what stands for an unknown weight has any law of its load; nothing deflects
-    against its load. Of many names, found by exchanging them for each other, those of one effect that most of
-    them share are more.
+    against its load. A slope over a short range may be a wave. Of many names, found by exchanging them for each other,
+    those of one effect that most of them share are more.
 
     Args:
         found: The evidence for it.
@@ -281,8 +281,8 @@ def may_be_another(
         (is_against_load(name), Because(Reason.AGAINST_LOAD)),
         (_is_alone_in_a_crowd(name, [other for _, other in beside]), Because(Reason.UNSURE_COMPANION)),
     ]
-    jumps = (because for because in found.alike if because.reason is Reason.OWN_JUMP)
-    return (*jumps, *(because for is_met, because in limits if is_met))
+    alike = (because for because in found.alike if because.reason in (Reason.OWN_JUMP, Reason.SLOW_WAVE_ALIKE))
+    return (*alike, *(because for is_met, because in limits if is_met))
 
 
 def _is_alone_in_a_crowd(name: Hypothesis, others: Sequence[Hypothesis]) -> bool:

@@ -63,6 +63,7 @@ MAY_BE_ANOTHER = frozenset(
         Reason.NO_MASSES,
         Reason.SOMETHING_REMAINS,
         Reason.OWN_JUMP,
+        Reason.SLOW_WAVE_ALIKE,
         Reason.AGAINST_LOAD,
         Reason.UNSURE_COMPANION,
     ]

@@ -12,7 +12,7 @@ from fastcal.diagnosis import diagnose, grading, periodic
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import Evidence
 from fastcal.diagnosis.hypothesis import Hypothesis
-from fastcal.diagnosis.reasons import BlockLabel, Label, Reason
+from fastcal.diagnosis.reasons import Because, BlockLabel, Label, Reason
 from fastcal.diagnosis.search import Family, Search, SearchNode
 
 from .linear_world import ROWS, World, columns, name
@@ -116,6 +116,9 @@ def a_name_that_most_parts_do_not_bear_out_may_be_another() -> None:
     assert reasons((name(2),), stability=0.4) == []  # each of two that do as well comes first at times
     assert reasons(is_plausible=False, follows_loads=True) == [Reason.IMPLAUSIBLE]
     assert reasons(is_plausible=False) == []  # worn gears have any backlash
+    wave = Because(Reason.SLOW_WAVE_ALIKE, orders=(1.0,))
+    assert reasons(alike=(wave,)) == [Reason.SLOW_WAVE_ALIKE]  # a slope over a short range
+    assert reasons(alike=(Because(Reason.OTHER_FORM),)) == []
 
 
 @falls_with(MAX_EFFECTS=3)
