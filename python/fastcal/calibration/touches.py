@@ -19,6 +19,7 @@ from scipy.stats import t as student
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.kind_noise import noise_by_kind, scaled
+from fastcal.calibration.rarest_labels import with_rarest
 from fastcal.calibration.touch_starts import LOST, What, starts
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
@@ -211,7 +212,7 @@ def _identified(start: Robot, data: Dataset, asked: list[int], loss: str, thread
         samples,
         measured,
         asked=asked,
-        unknowns=_unknowns(core, samples, measured),
+        unknowns=_unknowns(core, samples, measured, data),
         loss=loss,
         practical_limit=_FAR,
         threads=threads,
@@ -267,14 +268,16 @@ def _left(
     return np.asarray(_core.residuals(core, samples, measured, np.append(np.asarray(theta), np.zeros(missing))))
 
 
-def _unknowns(core: _core.ErrorModel, samples: _core.Samples, measured: _core.Measurements) -> FloatArray:
+def _unknowns(
+    core: _core.ErrorModel, samples: _core.Samples, measured: _core.Measurements, data: Dataset
+) -> FloatArray:
     """Sockets, planes and spheres of an arm that is where it starts."""
     if not measured.parameters:
         return np.zeros(0)
     try:
         return np.asarray(_core.start_unknowns(core, samples, measured))
     except InvalidInput as error:
-        raise Undetermined(str(error)) from None
+        raise Undetermined(f"{data.source}: {with_rarest(str(error), data)}") from None
 
 
 def _check(found: _core.Identification, data: Dataset, robot: Robot, what: What, asked: list[int]) -> None:
