@@ -123,7 +123,8 @@ def check_lengths(
         return []
     message = said(
         "the touches fit this robot only with other lengths: {owner} {name} has moved by {moved:.4g} mm, with a reach "
-        "of {reach:.4g} mm; is it the right robot, with its joints in order and every touch labelled as what it touched?",
+        "of {reach:.4g} mm; is it the right robot, with its joints in order and every touch labelled as what it "
+        "touched?",
         owner=gone.owner,
         name=gone.name.partition("_")[0],
         moved=gone.value - gone.nominal,
