@@ -16,7 +16,12 @@ def measurements(data: Dataset, robot: Robot) -> _core.Measurements:
     """What was measured of a robot, as the core reads it."""
     if not kinds_of(data):
         raise InvalidInput(f"{data.source}: no measured column; expected {expected_columns()}")
-    return _core.Measurements(robot.core, len(data), *core_tables(data), rig_of(robot, data))
+    try:
+        return _core.Measurements(robot.core, len(data), *core_tables(data), rig_of(robot, data))
+    except InvalidInput as error:
+        if str(error).startswith("column '"):  # the core knows the rows, and not the file that they are of
+            raise InvalidInput(f"{data.source}: {error}") from None
+        raise
 
 
 def align(robot: Robot, data: Dataset, threads: int = 1) -> _core.Alignment:

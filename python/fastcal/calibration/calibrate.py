@@ -27,7 +27,7 @@ from fastcal.calibration.data_notes import (
 from fastcal.calibration.evaluation import judged
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.freed_lenses import with_freed_lenses
-from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.inspection import check_columns, check_fit, check_lengths
 from fastcal.calibration.kind_misfits import kind_misfits
 from fastcal.calibration.kind_noise import noise_record
 from fastcal.calibration.known_lengths import known_lengths, length_notes
@@ -239,7 +239,8 @@ def calibrate(
     )
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
-    doubts = [*suspected, *check_fit(robot, train, as_read=as_read), *seen.choices]
+    shrunk = [] if problem.measured.shows_scale else check_lengths(robot, table, data, as_read=as_read)
+    doubts = [*suspected, *check_fit(robot, train, as_read=as_read), *shrunk, *seen.choices]
     touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
     lengths = known_lengths(start.description.known_distances, *touched)
     cameras = camera_places(problem, found, covariance, freedom, result_model) if long is None else []

@@ -110,6 +110,17 @@ def thin_data_notes(found: _core.Identification, loss: str) -> list[str]:
     """A sentence where the measured numbers hardly outnumber the parameters."""
     numbers = int(np.sum(~np.isnan(np.asarray(found.residuals))))
     parameters = len(found.free)
+    rows, left_out = int((~np.isnan(np.asarray(found.residuals)).all(axis=1)).sum()), len(found.outliers)
+    if found.status == "too_few_equations" and 2 * left_out > rows:
+        # The numbers are few only because most rows weigh nothing: more of the same would not mend it.
+        return [
+            said(
+                "{left_out} of {rows} rows do not fit the others and were left out, so too few remain: are all labels "
+                "and columns those of their rows?",
+                left_out=left_out,
+                rows=rows,
+            )
+        ]
     if numbers >= THIN * parameters or found.status == "too_few_equations":
         return []
     counts = {"parameters": parameters, "numbers": numbers, "freedom": max(found.degrees_of_freedom, 0)}

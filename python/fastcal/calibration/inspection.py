@@ -4,11 +4,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.evaluation import Evaluation, distances
+from fastcal.calibration.result import IdentifiedParameter
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
@@ -23,6 +26,7 @@ FloatArray = NDArray[np.float64]
 
 BAD_SHARE = 0.01  # of the reach; calibrated arms miss by a thousandth at most
 LEFT = 1e-3  # of the reach; calibrated arms of the right lengths miss by less, whatever is missing
+MOVED = 0.15  # of the reach, of one length: more than any drawing is wrong by
 BAD_PICTURE = 0.01  # of a picture's width; calibrated cameras miss by a thousandth at most
 LEFT_PICTURE = 4e-3  # of a picture's width; calibrated arms miss by less, but for slack joints
 BAD_TURN = to_si(5.0, "deg")  # calibrated arms and cameras miss by a degree at most
@@ -99,6 +103,36 @@ def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[s
     if messages and not as_read:
         raise InvalidInput(_refused(fit.data, messages[0]))
     return messages or _another_arm(robot, fit) or _another_arm_in_pictures(robot, fit)
+
+
+def check_lengths(
+    robot: Robot, table: Sequence[IdentifiedParameter], data: Dataset, *, as_read: bool = False
+) -> list[str]:
+    """Refuses an arm that has shrunk into its touches: all of one point's touches agree where no link has a length.
+
+    Sockets, balls, blocks and planes do not show the scale of all lengths; where the joints are in another order than
+    the file's, no lengths fit but none at all. With `as_read`, a note says so instead.
+
+    Raises:
+        InvalidInput: A link's length has moved by a good part of the reach.
+    """
+    moved = [p for p in table if p.owner.startswith("joint") and p.unit == "mm"]
+    gone = max(moved, key=lambda p: abs(p.value - p.nominal), default=None)
+    reach = float(from_si(robot.reach, "mm"))
+    if gone is None or abs(gone.value - gone.nominal) <= MOVED * reach:
+        return []
+    message = said(
+        "the touches fit this robot only with other lengths: {owner} {name} has moved by {moved:.4g} mm, with a reach "
+        "of {reach:.4g} mm; is it the right robot, with its joints in order and every touch labelled as what it "
+        "touched?",
+        owner=gone.owner,
+        name=gone.name.partition("_")[0],
+        moved=gone.value - gone.nominal,
+        reach=reach,
+    )
+    if not as_read:
+        raise InvalidInput(_refused(data, message))
+    return [message]
 
 
 def _another_arm(robot: Robot, fit: Evaluation) -> list[str]:

@@ -73,7 +73,8 @@ class KnownLength:
             f"({from_si(self.known_std, 'mm'):.2g}): "
         )
         shown = f"{100 * self.scale_std:.2g} %"
-        if abs(self.scale - 1) <= _CONTRADICTS * self.scale_std:
+        # Held against each other as lengths: the deviation of a scale grows beyond all bounds as `found` goes to 0.
+        if abs(self.known - self.found) <= _CONTRADICTS * float(np.hypot(self.known_std, self.found_std)):
             return text + f"they agree, which shows the common scale of all lengths to {shown}"
         size = "larger" if self.scale > 1 else "smaller"
         return text + (

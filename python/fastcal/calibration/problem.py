@@ -19,6 +19,7 @@ from fastcal.calibration.options_from_data import with_origins
 from fastcal.calibration.parameter_limits import parameter_limits
 from fastcal.calibration.placement import Placement as Placement
 from fastcal.calibration.placement import by_points
+from fastcal.calibration.rarest_labels import with_rarest
 from fastcal.calibration.setups import with_setups
 from fastcal.calibration.some_rows import SHOWN_ROWS, some_rows
 from fastcal.effects.entries import extra_columns, full_name, parse_effects, without_repeats
@@ -174,7 +175,7 @@ def prepare(
     samples, measured = start.samples(data), measurements(data, start)
     alignment = _aligned(start, data, samples, measured, threads, has_others=long is not None)
     if not alignment.found:
-        raise Undetermined(f"{data.source}: {alignment.message}")
+        raise Undetermined(f"{data.source}: {with_rarest(alignment.message, data)}")
     place = by_points(start, data, Placement.of(alignment), threads)
     model = start.error_model.with_robot(start.core.with_base_and_tool(place.T_world_base, place.T_flange_tool))
     asked = asked_parameters(model, geometry or parameters is not None, **shown_ends(measured))

@@ -19,6 +19,7 @@ from scipy.stats import t as student
 from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.kind_noise import noise_by_kind, scaled
+from fastcal.calibration.rarest_labels import with_rarest
 from fastcal.calibration.touch_starts import LOST, What, starts
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
@@ -36,6 +37,10 @@ _TURNED = to_si(5.0, "deg")  # of postures that are not of one orientation
 _FAR = 1e3  # plausible sizes: a deviation above shows nothing of a place
 _HALF = 0.975  # of an interval that holds 95 %
 _STEP = 1e-6  # [m, rad] of a difference
+_MISSED = 0.25  # of how far points lie about their middle: a place that misses half of them by more is none
+_FEWEST_POINTS = 3
+_ANOTHER = 0.1  # of a radius: one that differs by more was misunderstood and not mismeasured
+_FAR_BETTER = 5.0  # times: so much better another reading of a column has to fit, as `column_check` has it
 _ROUNDS = 30  # of the radius of a sphere
 _AT_REST = 1e-8  # [m] less of a step of it is none
 
@@ -128,6 +133,10 @@ def find_place(robot: Robot, data: Dataset, what: What, *, find_radius: bool = F
         fits.append((float(np.nansum(np.abs(_left(start.error_model, samples, measured, found.theta)))), start, found))
     _, start, found = min(fits, key=lambda fit: fit[0])
     _check(found, data, robot, what, asked)
+    if owner == "base":
+        _check_points(data, _left(start.error_model, samples, measured, found.theta), what)
+    elif not find_radius:
+        _check_radius(start, data, found, asked, loss, threads)
     radius, spread_of_radius = None, np.zeros((len(found.free),) * 2)
     if find_radius:
         radius, spread_of_radius, found = _with_radius(start, data, found, asked, loss, threads)
@@ -211,7 +220,7 @@ def _identified(start: Robot, data: Dataset, asked: list[int], loss: str, thread
         samples,
         measured,
         asked=asked,
-        unknowns=_unknowns(core, samples, measured),
+        unknowns=_unknowns(core, samples, measured, data),
         loss=loss,
         practical_limit=_FAR,
         threads=threads,
@@ -243,7 +252,8 @@ def _with_radius(
         m = c - J @ (along / size)
         if rank < J.shape[1] or not np.linalg.norm(m) > LOST * np.linalg.norm(c) or len(r) <= J.shape[1] + 1:
             raise Undetermined(f"{data.source}: the touches do not show a radius; touch the sphere from more sides")
-        step = -float(m @ r) / float(m @ m)
+        # From a diameter on, the first steps may go beyond a point: no sphere is less than half of one that it was.
+        step = max(-float(m @ r) / float(m @ m), -radius / 2)
         radius += step
         found = _identified(start, replace(data, distance=np.full(len(data), radius)), asked, loss, threads)
         if abs(step) < _AT_REST:
@@ -259,6 +269,47 @@ def _near(start: Robot, data: Dataset, radius: float, found: _core.Identificatio
     return _core.linearize(start.error_model, start.samples(data), measured, found.theta, noise, threads)
 
 
+def _check_points(data: Dataset, left: FloatArray, what: What) -> None:
+    """InvalidInput where half of the points are missed by much of how far they lie apart: another unit or order."""
+    p = data.position
+    whole = np.zeros(0, dtype=bool) if p is None else ~(np.isnan(p).any(axis=1) | np.isnan(left).any(axis=1))
+    if p is None or whole.sum() < _FEWEST_POINTS:
+        return
+    missed = float(np.median(np.linalg.norm(left[whole], axis=1)))
+    apart = float(np.sqrt(np.mean(np.sum((p[whole] - p[whole].mean(axis=0)) ** 2, axis=1))))
+    if missed > _MISSED * apart:
+        raise InvalidInput(
+            f"{data.source}: no {what} fits: half of the points are missed by more than {from_si(missed, 'mm'):.4g} "
+            f"mm, and they lie {from_si(apart, 'mm'):.4g} mm about their middle; are they in the unit of their "
+            "titles, and each in the row of its posture?"
+        )
+
+
+def _check_radius(
+    start: Robot, data: Dataset, found: _core.Identification, asked: list[int], loss: str, threads: int
+) -> None:
+    """InvalidInput where another radius fits far better: a diameter was given, or the tip's ball left out."""
+    if data.distance is None or len(np.unique(data.distance)) > 1 or float(data.distance[0]) <= 0:
+        return
+    given = float(data.distance[0])
+    try:
+        (radius, _), _, better = _with_radius(start, data, found, asked, loss, threads)
+    except Undetermined:
+        return  # too few touches to judge by
+    near = replace(data, distance=np.full(len(data), radius))
+    rms = [
+        float(np.sqrt(np.nanmean(_left(start.error_model, start.samples(of), measurements(of, start), fit.theta) ** 2)))
+        for of, fit in ((data, found), (near, better))
+    ]
+    if abs(radius - given) > _ANOTHER * given and rms[0] > _FAR_BETTER * rms[1]:
+        raise InvalidInput(
+            f"{data.source}: distance_mm is {from_si(given, 'mm'):.4g}, which the touches miss by "
+            f"{from_si(rms[0], 'mm'):.4g} mm RMS; a sphere of radius {from_si(radius, 'mm'):.4g} mm they miss by "
+            f"{from_si(rms[1], 'mm'):.4g} mm; is it a diameter, or without the radius of the tip's ball? --find-radius "
+            "(in Python find_radius=True) finds the radius"
+        )
+
+
 def _left(
     core: _core.ErrorModel, samples: _core.Samples, measured: _core.Measurements, theta: FloatArray
 ) -> FloatArray:
@@ -267,14 +318,16 @@ def _left(
     return np.asarray(_core.residuals(core, samples, measured, np.append(np.asarray(theta), np.zeros(missing))))
 
 
-def _unknowns(core: _core.ErrorModel, samples: _core.Samples, measured: _core.Measurements) -> FloatArray:
+def _unknowns(
+    core: _core.ErrorModel, samples: _core.Samples, measured: _core.Measurements, data: Dataset
+) -> FloatArray:
     """Sockets, planes and spheres of an arm that is where it starts."""
     if not measured.parameters:
         return np.zeros(0)
     try:
         return np.asarray(_core.start_unknowns(core, samples, measured))
     except InvalidInput as error:
-        raise Undetermined(str(error)) from None
+        raise Undetermined(f"{data.source}: {with_rarest(str(error), data)}") from None
 
 
 def _check(found: _core.Identification, data: Dataset, robot: Robot, what: What, asked: list[int]) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fastcal import _core
 from fastcal.arrays import FloatArray
 from fastcal.calibration.alignment import measurements
+from fastcal.calibration.rarest_labels import with_rarest
 from fastcal.effects.entries import full_name
 from fastcal.errors import Undetermined
 from fastcal.measurements.dataset import Dataset
@@ -40,7 +41,7 @@ def placed(
     samples = model.samples(data)
     start = _core.align(model.error_model, samples, measured, threads)
     if not start.found:
-        raise Undetermined(f"{where or data.source}: {start.message}")
+        raise Undetermined(f"{where or data.source}: {with_rarest(start.message, data)}")
     core = model.error_model
     own = len(core.robot.nominal)
     base = [i for i, p in enumerate(core.parameters[:own]) if p.owner == "base"]

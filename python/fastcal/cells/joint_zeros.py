@@ -108,10 +108,15 @@ def joint_zeros(robot: Robot, data: Dataset, *, progress: Callable[[str], None] 
         progress: Called with a sentence at each step.
 
     Raises:
-        InvalidInput: Too few pictures or touches, or neither camera nor board is on the arm.
+        InvalidInput: Too few pictures or touches, neither camera nor board is on the arm, or a joint slides.
         Undetermined: No signs and zeros fit.
     """
     report = progress or (lambda text: None)
+    # The search goes round a turn: of a length it would give one of many, in degrees, as if it were known.
+    if sliding := [joint_name(i) for i, kind in enumerate(robot.joint_types) if kind == "prismatic"]:
+        raise InvalidInput(
+            f"{robot.name}: signs and zeros are found of joints that turn, and these slide: {', '.join(sliding)}"
+        )
     robot, _ = with_started_lenses(robot, data)
     free = np.arange(1, robot.core.joint_count - 1)
     is_touched = CORNERS not in data.kinds and SOCKET in data.kinds

@@ -168,3 +168,26 @@ def test_a_calibrated_model_keeps_all_but_the_tool() -> None:
     assert [name for name in after.parameters if not name.startswith("tool ")] == kept
     assert np.allclose([deviation[name] for name in kept], [np.linalg.norm(before.roots[name]) for name in kept])
     assert np.isfinite(placed.position_deviation(q)).all()
+
+
+def test_points_in_another_unit_or_row_place_nothing() -> None:
+    """Centimetres under mm gave a base that missed by 243 mm, written without a word."""
+    world = arm(base=BASE)
+    right = points(world, np.eye(4), 12, 1)
+    assert right.position is not None
+    assert np.abs(find_place(arm(), right, "base").T[:3, 3] - world.T_world_base[:3, 3]).max() < 1e-3
+    for wrong in (right.position / 10, right.position / 25.4, np.roll(right.position, 1, axis=0)):
+        for what in ("base", "part"):
+            with pytest.raises(InvalidInput, match=rf"points.csv: no {what} fits: half of the points are missed"):
+                find_place(arm(), replace(right, position=wrong), what)  # type: ignore[arg-type]
+
+
+def test_a_diameter_for_a_radius_is_refused_and_the_radius_found_from_it() -> None:
+    data = touches("anchor", 16, 3)
+    assert find_place(sent(), data, "tool").radius is None
+    twice = replace(data, distance=np.full(len(data), 2 * RADIUS))
+    with pytest.raises(InvalidInput, match=r"distance_mm is 50, .* a sphere of radius 2\d\.\d+ mm .*--find-radius"):
+        find_place(sent(), twice, "tool")
+    found = find_place(sent(), twice, "tool", find_radius=True).radius
+    assert found is not None
+    assert abs(found[0] - RADIUS) < 4 * found[1]

@@ -18,6 +18,7 @@ from fastcal.cli.app import main
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.importers.corners import load_seen
 from fastcal.io.robot_file import load_robot
+from fastcal.measurements.dataset import Dataset
 from fastcal.robot.rig import board_corners
 from fastcal.robot.robot import Robot
 
@@ -215,3 +216,14 @@ def test_touches_of_other_points_or_too_few_show_nothing(
     (tmp_path / "bare.csv").write_text("j1_deg,j2_deg,j3_deg,j4_deg,x_mm,y_mm,z_mm\n1,2,3,4,5,6,7\n2,3,4,5,6,7,8\n")
     assert main(["zeros", str(tmp_path / "four.urdf"), str(tmp_path / "bare.csv"), "-o", str(tmp_path / "z")]) == 2
     assert "touches of points (column socket)" in capsys.readouterr().err
+
+
+def test_a_joint_that_slides_has_no_zero_in_degrees() -> None:
+    """The search goes round a turn: of a SCARA's quill it gave 0.00 deg, known to 0 deg, and fifty others alike."""
+    joint = {"theta_deg": 0, "d_mm": 100, "a_mm": 200, "alpha_deg": 0}
+    joints = [{"type": "revolute", **joint}] * 3
+    joints.insert(2, {"type": "prismatic", "min_mm": 0, "max_mm": 200, **joint})
+    scara = Robot({"name": "scara", "kinematics": "dh", "joints": joints})
+    data = Dataset.from_arrays(np.zeros((12, 4)), observed_labels={"socket": ["a"] * 12}, robot=scara)
+    with pytest.raises(InvalidInput, match=r"scara: signs and zeros .* these slide: joint ?3$"):
+        joint_zeros(scara, data)
