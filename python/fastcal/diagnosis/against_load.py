@@ -29,9 +29,9 @@ def is_against_load(name: Hypothesis) -> bool:
 def with_deflections_against_load(library: Library, search: Search, best: SearchNode) -> Library | None:
     """The library and those deflections against their loads that by themselves are likelier than the best set.
 
-    None where there is none, or where the library has such already.
+    None where there is none, where the library has such already, or where the search was cut short.
     """
-    if any(map(is_against_load, library.names)):
+    if search.is_cut_short or any(map(is_against_load, library.names)):
         return None
     alone = [search.state([form], search.start) for form in _forms(search.problem)]
     likelier = [state for state in alone if not state.impossible and state.bic < best.bic - rules.DECISIVE_BIC]

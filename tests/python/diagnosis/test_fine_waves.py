@@ -70,7 +70,7 @@ def test_a_wave_that_smooth_blocks_miss_is_named(order: int) -> None:
     assert found.effects[0].parameters["order"].value == order
 
 
-@pytest.mark.parametrize(("reach", "grade"), [(0.35, "B"), (2.0, "A")])
+@pytest.mark.parametrize(("reach", "grade"), [(0.35, "C"), (2.0, "A")])
 def test_a_ratio_in_a_short_range_may_be_a_slow_wave(reach: float, grade: str) -> None:
     effect = {"effect": "reduction_ratio", "owner": "joint2", "parameters": {"error": 3e-3}}
     found = fastcal.diagnose(arm(), measured(effect, reach=reach, rows=90))
