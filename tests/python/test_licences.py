@@ -6,13 +6,16 @@ import re
 import shutil
 import subprocess
 import tomllib
+from importlib.metadata import distributions
 from pathlib import Path
 
 import pytest
+from packaging.specifiers import SpecifierSet
 
 from fastcal import _core
 
 ROOT = Path(__file__).parents[2]
+DEBIAN_12 = "3.11.2"  # its Python, the oldest that ./test runs on
 PAGE = (ROOT / "docs" / "licences.md").read_text(encoding="utf-8")
 
 
@@ -52,3 +55,11 @@ def test_the_lock_file_holds_every_package_of_the_development_environment() -> N
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     wanted = [*project["dependencies"], *project["optional-dependencies"]["test"]]
     assert {name(each).lower().replace("_", "-") for each in wanted} - {"fastcal"} - locked == set()
+
+
+def test_the_locked_versions_can_be_installed_in_the_python_of_debian_12() -> None:
+    locked = (ROOT / "dev.lock").read_text(encoding="utf-8").lower().splitlines()
+    installed = {f"{each.name}=={each.version.split('+')[0]}".lower(): each.metadata for each in distributions()}
+    known = {line: installed[line].get("Requires-Python") or "" for line in locked if line in installed}
+    assert len(known) > 100
+    assert {line: asked for line, asked in known.items() if DEBIAN_12 not in SpecifierSet(asked)} == {}
