@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: MIT
 """Boards of dots, dark on paper or bright on black: grids of circles and lists of points.
 
-A bright dot is a dark one of the negative. A dot is found where its darkness weighs; that is the middle of an ellipse,
-which is not where the dot's middle is seen.
-With the homography H of the board and the radius r that the dot's area says, the middle of the ellipse is that of the
-dual conic H diag(r^2, r^2, 0) H^T less that of its middle, and the difference is taken off (J. Heikkila, 2000, eq. 9).
+A bright dot is a dark one of the negative. A dot is found where its darkness weighs, which is not where its middle is
+seen: perspective makes the near half of a disc the larger one, and a lens that bends lines moves what is far from its
+middle. The outlines of all dots are drawn by a homography and one number of the lens, which are fitted to where the
+dots weigh, and the way from the middle of each outline to its dot's is taken off. For a lens that bends nothing that is
+what the dual conic of a disc says (J. Heikkila, 2000, eq. 9).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from fastcal.arrays import FloatArray, thin_svd
 from fastcal.camera.grids import flat_mm, numbered, turns_right, whole
@@ -28,6 +30,9 @@ _ROUND, _CONVEX, _LONG = 0.6, 0.9, 0.15  # least circularity, convexity, and sho
 _NEAR = 0.3  # of the distance between two points: a dot is that point
 _FEWEST = 4
 _EDGE = 7  # pixels, in which a blurred dot ends on both sides
+_AS_GOOD, _STRAY = 2.0, 1.0  # times the error of the best order of the dots, and pixels: another is as good
+_OUTLINE = 64  # places round a dot
+_FEWEST_BENT = 5  # dots, from which a lens that bends is fitted as well
 _FLAT = 1e-6  # of their extent: points lie in a plane
 
 
@@ -87,9 +92,14 @@ def find_points(
             continue
         size = np.log([blob.size for blob in blobs])
         alike = np.argsort(np.abs(size - np.median(size)), kind="stable")[: len(flat)]
-        best = _matched(cv2, flat, whole([blobs[k].pt for k in alike], scale))
-        if best is not None:
-            return _middles(cv2, whole_picture, best, flat), ""
+        ways = _matched(cv2, flat, whole([blobs[k].pt for k in alike], scale))
+        if len(ways) == 1:
+            return _middles(cv2, whole_picture, ways[0], flat), ""
+        if ways:
+            return None, (
+                f"{len(flat)} dots are seen that match its points in {len(ways)} ways, as they are arranged "
+                "symmetrically (four always are): which dot is which can't be told; add a dot or move one"
+            )
         why.append(f"{len(blobs)} dots are seen, which do not lie as the {len(flat)} points do")
     return None, why[0]
 
@@ -115,13 +125,18 @@ def _in_their_plane(at: FloatArray) -> FloatArray | None:
     return np.asarray(centred @ axes[:2].T)
 
 
-def _matched(cv2: Any, flat: FloatArray, dots: FloatArray) -> FloatArray | None:
-    """The dots (K, 2) in the order of the points: the hull's order round is kept by every picture of a plane."""
+def _matched(cv2: Any, flat: FloatArray, dots: FloatArray) -> list[FloatArray]:
+    """The dots (K, 2) in the order of the points, by each homography that fits them, the best first.
+
+    The hull's order round is kept by every picture of a plane.
+    """
     hull = _hull(cv2, flat, len(flat))
     seen = _hull(cv2, dots, len(hull))
     if len(seen) != len(hull) or len(hull) < _FEWEST:
-        return None
-    best, least = None, np.inf
+        return []
+    between = np.linalg.norm(dots[:, np.newaxis] - dots, axis=2)
+    near = _NEAR * float(between[~np.eye(len(dots), dtype=bool)].min())
+    fits: list[tuple[float, FloatArray]] = []
     for way in (seen, seen[::-1]):
         for turn in range(len(way)):
             H, _ = cv2.findHomography(flat[hull], dots[np.roll(way, turn)])
@@ -131,12 +146,10 @@ def _matched(cv2: Any, flat: FloatArray, dots: FloatArray) -> FloatArray | None:
             apart = np.linalg.norm(drawn[:, np.newaxis] - dots, axis=2)
             own = np.argmin(apart, axis=1)
             error = float(np.sqrt(np.mean(apart[np.arange(len(own)), own] ** 2)))
-            if len(set(own.tolist())) == len(own) and error < least:
-                best, least = dots[own], error
-    if best is None:
-        return None
-    between = np.linalg.norm(best[:, np.newaxis] - best, axis=2)
-    return best if least < _NEAR * float(between[~np.eye(len(best), dtype=bool)].min()) else None
+            if len(set(own.tolist())) == len(own) and error < near:
+                fits.append((error, dots[own]))
+    fits.sort(key=lambda fit: fit[0])
+    return [fit for error, fit in fits if error < max(_AS_GOOD * fits[0][0], _STRAY)]
 
 
 def _hull(cv2: Any, at: FloatArray, most: int) -> NDArray[np.intp]:
@@ -158,10 +171,7 @@ def _middles(cv2: Any, grey: Picture, at: FloatArray, flat: FloatArray) -> Float
     ]
     middles, areas = np.array([place for place, _ in found]), np.array([area for _, area in found])
     H, _ = cv2.findHomography(flat, middles)
-    if H is None:
-        return middles
-    radius = float(np.median(np.sqrt(areas / (np.pi * _stretch(H, flat)))))
-    return np.asarray(middles - _drawn_aside(H, flat, radius))
+    return middles if H is None else np.asarray(middles - _aside(H, middles, areas, flat, grey.shape))
 
 
 def _weighed(cv2: Any, grey: Picture, at: FloatArray, reach: float) -> tuple[FloatArray, float]:
@@ -187,18 +197,51 @@ def _weighed(cv2: Any, grey: Picture, at: FloatArray, reach: float) -> tuple[Flo
     return np.array([np.sum(weight * x), np.sum(weight * y)]) / total, total
 
 
-def _stretch(H: FloatArray, flat: FloatArray) -> FloatArray:
-    """(K,) square pixels of a square millimetre about each place: det H / w^3."""
-    w = flat @ H[2, :2] + H[2, 2]
-    return np.asarray(np.abs(np.linalg.det(H) / w**3))
+def _aside(
+    H: FloatArray, middles: FloatArray, areas: FloatArray, flat: FloatArray, shape: tuple[int, ...]
+) -> FloatArray:
+    """(K, 2) from where the middle of each dot is drawn to the middle of its outline [px].
+
+    A place x on the board [mm] is drawn at c + (1 + b |d|^2) d, d = H x - c, c the middle of the picture, lengths in
+    halves of its diagonal; H and b are those that draw the outlines' middles nearest to where the dots weigh.
+
+    Args:
+        H: (3, 3) homography of the dots as they are seen, to begin with.
+        middles: (K, 2) where the dots weigh [px].
+        areas: (K,) how many pixels they cover.
+        flat: (K, 2) the dots' middles on the board [mm].
+        shape: Height and width of the picture.
+    """
+    size = np.array(shape[1::-1])
+    centre, half = (size - 1) / 2, float(np.linalg.norm(size)) / 2
+    seen = (middles - centre) / half
+    H = np.array([[1 / half, 0, -centre[0] / half], [0, 1 / half, -centre[1] / half], [0, 0, 1]]) @ H
+    angles = 2 * np.pi * np.arange(_OUTLINE) / _OUTLINE
+    ring: FloatArray = np.column_stack([np.cos(angles), np.sin(angles)])
+    is_bent = len(flat) >= _FEWEST_BENT
+
+    def draw(numbers: FloatArray, at: FloatArray) -> FloatArray:
+        straight = at @ numbers[:6].reshape(2, 3)[:, :2].T + numbers[[2, 5]]
+        straight /= (at @ numbers[6:8] + 1.0)[..., np.newaxis]
+        bend = numbers[8] if is_bent else 0.0
+        return np.asarray(straight * (1 + bend * np.sum(straight**2, axis=-1, keepdims=True)))
+
+    def weighed(numbers: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
+        return _polygons(draw(numbers, flat[:, np.newaxis] + radius * ring))
+
+    numbers, radius = np.append((H / H[2, 2]).ravel()[:8], [0.0] if is_bent else []), 1.0
+    for _ in range(2):  # how large the dots are, and where they are drawn
+        radius *= float(np.median(np.sqrt(areas / (half**2 * weighed(numbers, radius)[1]))))
+        numbers = least_squares(
+            lambda x, r: np.ravel(weighed(x, r)[0] - seen), numbers, x_scale="jac", args=(radius,)
+        ).x
+    return np.asarray(half * (weighed(numbers, radius)[0] - draw(numbers, flat)))
 
 
-def _drawn_aside(H: FloatArray, flat: FloatArray, radius: float) -> FloatArray:
-    """(K, 2) from where the middle of each dot is seen to the middle of its ellipse [px]."""
-    out = np.empty_like(flat)
-    for k, (x, y) in enumerate(flat):
-        centre = np.array([x, y, 1.0])
-        disc = np.diag([radius**2, radius**2, 0.0]) - np.outer(centre, centre)  # dual conic of the circle
-        ellipse, seen = H @ disc @ H.T, H @ centre
-        out[k] = ellipse[:2, 2] / ellipse[2, 2] - seen[:2] / seen[2]
-    return out
+def _polygons(outlines: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(K, 2) middles and (K,) areas of polygons (K, n, 2)."""
+    x, y = np.moveaxis(outlines - outlines[:, :1], -1, 0)
+    cross = x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y
+    twice = cross.sum(axis=1)
+    middle = np.column_stack([np.sum((of + np.roll(of, -1, axis=1)) * cross, axis=1) for of in (x, y)])
+    return outlines[:, 0] + middle / (3 * twice[:, np.newaxis]), np.abs(twice) / 2

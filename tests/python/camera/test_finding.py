@@ -21,7 +21,7 @@ from fastcal.errors import InvalidInput
 from fastcal.io.lens_file import read_target
 from fastcal.robot.rig import board_corners
 
-from .board_scene import BOARDS, CAMERA, before_camera, drawn, views
+from .board_scene import BOARDS, CAMERA, POINTS, before_camera, drawn, views
 
 WITHIN_PX = 0.1  # RMS of a corner's distance from the truth
 LEAST_SHARE = {"april_grid": 0.8, "charuco": 0.9}  # of the corners; of the other kinds all
@@ -159,6 +159,35 @@ def test_half_a_marked_board_is_found_by_the_half_that_is_there() -> None:
     assert np.isnan(seen.uv[outside]).all()
     error = np.linalg.norm(seen.uv - true, axis=1)
     assert np.nanmax(error) < 0.5
+
+
+@pytest.mark.parametrize("points", [POINTS, [*POINTS[:2], *POINTS[3:5], POINTS[6]]], ids=["eight", "five"])
+def test_large_dots_are_found_where_a_lens_bends_their_outlines(points: list[list[int]]) -> None:
+    """A large dot: its outline has its middle pixels from the dot's own, by more than a homography says."""
+    board = {"kind": "points", "points_mm": [[float(x) for x in point] for point in points]}
+    camera = CAMERA | {"distortion": [-0.25, 0.08, 2e-4, -1e-4, 0.0]}
+    errors = []
+    for k, turn in enumerate((20.0, 140.0, -100.0)):
+        T = before_camera(board, [25.0 - 20.0 * k, -20.0, turn], [0.02, -0.01, 0.3])
+        seen = find_board(render(camera, board, T, seed=k), board)
+        assert seen.why == ""
+        errors.append(misses(seen.uv, drawn(board, T, camera), turnable=False))
+    assert float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) < WITHIN_PX
+
+
+@pytest.mark.parametrize(
+    ("points", "ways"),
+    [
+        ([[0, 0, 0], [150, 10, 0], [140, 110, 0], [-5, 90, 0]], 8),  # a homography takes any four to any four
+        ([[0, 0, 0], [100, 0, 0], [130, 60, 0], [50, 110, 0], [-30, 60, 0]], 2),  # a mirror image of itself
+    ],
+)
+def test_points_in_a_symmetric_arrangement_are_not_guessed(points: list[list[float]], ways: int) -> None:
+    board = {"kind": "points", "points_mm": [[float(x) for x in point] for point in points]}
+    T = before_camera(board, [15.0, -10.0, 40.0], [0.0, 0.0, 0.5])
+    seen = find_board(render(CAMERA, board, T), board)
+    assert seen.count == 0
+    assert f"in {ways} ways" in seen.why
 
 
 def test_points_in_space_are_said_to_be_beyond_it() -> None:
