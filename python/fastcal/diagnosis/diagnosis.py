@@ -157,16 +157,19 @@ def _without_wrong_rows(asked: Asked) -> Found:
         gross = found.gross
         if not gross:
             break
-        lost = sorted({*found.lost, *gross})
-        asked.notify(said("trying without {count} rows that nothing explains", count=len(lost)))
-        found = _found(asked, lost)
+        found = _again_without(gross, found)
     scattered = scattered_rows(asked.robot, asked.data)
     if not scattered or not may_hide(found, scattered):
         return found
-    lost = sorted({*found.lost, *scattered})
-    asked.notify(said("trying without {count} rows that nothing explains", count=len(lost)))
-    without = _found(asked, lost)
-    return without if are_noise(found, without) else found
+    fewer = _again_without(scattered, found)
+    return fewer if are_noise(found, fewer) else found
+
+
+def _again_without(rows: Sequence[int], found: Found) -> Found:
+    """What is found where some rows more are not looked at."""
+    lost = sorted({*found.lost, *rows})
+    found.asked.notify(said("trying without {count} rows that nothing explains", count=len(lost)))
+    return _found(found.asked, lost)
 
 
 def _found(asked: Asked, lost: Sequence[int] = (), *, joints_repeat: bool = False) -> Found:
@@ -174,13 +177,13 @@ def _found(asked: Asked, lost: Sequence[int] = (), *, joints_repeat: bool = Fals
 
     `joints_repeat`: as `Problem` has it.
     """
-    robot, data, sigma, threads, notify = asked.robot, asked.data, asked.sigma, asked.threads, asked.notify
+    robot, data, sigma, notify = asked.robot, asked.data, asked.sigma, asked.notify
     notify(said("fitting the geometry"))
     trusted = without_measured(data, np.array(lost, dtype=np.intp)) if lost else data
     rows = searched_rows(trusted, robot)
     looked_at = trusted if rows is None else trusted.select(rows)
     problem = prepared_problem(
-        robot, looked_at, asked.library.names, claimed(looked_at, sigma), threads, asked.library.excluded
+        robot, looked_at, asked.library.names, claimed(looked_at, sigma), asked.threads, asked.library.excluded
     )
     problem = replace(problem, joints_repeat=joints_repeat)
     geometry = fit(problem, [])
@@ -228,7 +231,7 @@ def _found(asked: Asked, lost: Sequence[int] = (), *, joints_repeat: bool = Fals
     written = best_of_all(plain, model, remains=remains)
     if rows is None and remains:
         simpler = {id(one.fit): one for one in map(rivals.bare, (search.start, model.state))}
-        written = best_with_surrogate(written, list(simpler.values()), level, threads)
+        written = best_with_surrogate(written, list(simpler.values()), level, asked.threads)
     told = beside_plain(told, written) if written.is_plain else told
     return Found(asked, rows, search, written, told, level, tuple(lost))
 

@@ -14,7 +14,7 @@ from fastcal.calibration.repeatability import pose_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
 from fastcal.diagnosis.hypothesis import Hypothesis
-from fastcal.diagnosis.variants import effect_has_moment, moment_of, order_of_rows
+from fastcal.diagnosis.variants import effect_has_moment, rows_between_steps
 from fastcal.place import place_of
 from fastcal.robot.se3 import inverse
 
@@ -34,10 +34,8 @@ def step_around_few_rows(at: Fit) -> bool:
     Where one undoes the other, as a base that turns back what joint 1's zero did, it is these rows that are wrong. What
     steps together, with no row in between, is one event.
     """
-    moments = sorted(moment_of(name) for name in at.added if effect_has_moment(name.effect))
-    if len(moments) < 2:
-        return False
-    between = np.diff(np.searchsorted(np.sort(order_of_rows(at.problem.kept)), moments))
+    steps = [name for name in at.added if effect_has_moment(name.effect)]
+    between = rows_between_steps(steps, at.problem.kept)
     return bool(np.any((between > 0) & (between < rules.MIN_ROWS_BESIDE_STEP)))
 
 

@@ -230,8 +230,7 @@ def grade(
             Because(Reason.UNSTABLE, found.stability, rules.GRADE_A_STABILITY),
         ),
         (name.traits.role == "load modifier", Because(Reason.LOAD_MODIFIER)),
-        (name.traits.without_masses, Because(Reason.NO_MASSES)),
-        (is_against_load(name), Because(Reason.AGAINST_LOAD)),
+        *_stand_ins(name),
     ]
     met = (*(because for is_met, because in limits if is_met), *found.alike)
     return ("B" if met else "A"), met
@@ -277,12 +276,19 @@ def may_be_another(
             Because(Reason.UNSTABLE, found.stability, rules.GRADE_B_STABILITY),
         ),
         (found.follows_loads and not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
-        (name.traits.without_masses, Because(Reason.NO_MASSES)),
-        (is_against_load(name), Because(Reason.AGAINST_LOAD)),
+        *_stand_ins(name),
         (_is_alone_in_a_crowd(name, [other for _, other in beside]), Because(Reason.UNSURE_COMPANION)),
     ]
     alike = (because for because in found.alike if because.reason in (Reason.OWN_JUMP, Reason.SLOW_WAVE_ALIKE))
     return (*alike, *(because for is_met, because in limits if is_met))
+
+
+def _stand_ins(name: Hypothesis) -> list[tuple[bool, Because]]:
+    """Is a name one that stands for what has no formula here: an unknown weight, or too much compensation of a load?"""
+    return [
+        (name.traits.without_masses, Because(Reason.NO_MASSES)),
+        (is_against_load(name), Because(Reason.AGAINST_LOAD)),
+    ]
 
 
 def _is_alone_in_a_crowd(name: Hypothesis, others: Sequence[Hypothesis]) -> bool:

@@ -38,6 +38,7 @@ from fastcal.diagnosis.variants import (
     jumps_with_posture,
     moment_of,
     order_of_rows,
+    rows_between_steps,
     scanned,
     with_number,
 )
@@ -154,9 +155,7 @@ def _next_step(name: Hypothesis, state: SearchNode) -> Hypothesis | None:
 
 def _leaves_rows_between(steps: Sequence[Hypothesis], data: Dataset) -> bool:
     """Are there enough rows between any two steps? There and back around a row or two is a gross error of these."""
-    moments = sorted(moment_of(step) for step in steps)
-    part = np.searchsorted(moments, order_of_rows(data), side="right")
-    return bool(np.all(np.bincount(part, minlength=len(steps) + 1)[1:-1] >= rules.MIN_ROWS_BESIDE_STEP))
+    return bool(np.all(rows_between_steps(steps, data) >= rules.MIN_ROWS_BESIDE_STEP))
 
 
 def _beside(step: Hypothesis, state: SearchNode, search: Search) -> Hypothesis:

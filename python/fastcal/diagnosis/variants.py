@@ -5,9 +5,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.arrays import FloatArray
@@ -129,6 +130,11 @@ def order_of_rows(data: Dataset) -> FloatArray:
     if data.time is not None:
         return data.time
     return np.asarray(np.arange(len(data)) if data.row is None else data.row, dtype=np.float64)
+
+
+def rows_between_steps(steps: Iterable[Hypothesis], data: Dataset) -> NDArray[np.intp]:
+    """How many rows were measured between each of some steps and the next, in their order."""
+    return np.diff(np.searchsorted(np.sort(order_of_rows(data)), sorted(moment_of(step) for step in steps)))
 
 
 def from_moment(bare: Spec, at: float, data: Dataset) -> Hypothesis:

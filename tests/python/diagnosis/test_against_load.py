@@ -51,8 +51,3 @@ def test_a_joint_that_yields_is_named_as_before() -> None:
     assert (name.effect, name.owner) == ("joint_compliance", "joint2")
     assert "compliance_rad_nm" in name.parameters
     assert name.grade != "C"
-
-
-def test_it_is_not_tried_where_it_is_excluded() -> None:
-    found = diagnose(arm(), measured(-SOFT, 1), exclude=["joint_compliance", "link_bending"])
-    assert not {"joint_compliance", "link_bending"} & {name.effect for name in found.effects}
