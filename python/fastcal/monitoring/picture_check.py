@@ -81,8 +81,8 @@ class PictureCheck:
 
     Attributes:
         verdict: holds, changed, or cannot_tell: larger errors, which nothing that was tried explains.
-        rms_px: Of the corners' coordinates by row.
-        expected_px: The same by the calibration's noise.
+        rms_px: RMS distance by row of its corners from where they are expected.
+        expected_px: The same of the calibration's noise alone.
         p_value: Of errors as large where nothing moved.
         moved: What explains them, the likeliest first; empty where nothing moved or a lens explains it.
         lens: What explains them better than any move.
@@ -129,7 +129,7 @@ def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureChec
     pictures = len(np.unique(row))
     scale = NUMBERS * pictures / len(r) / noise**2
     p_value = float(stats.chi2.sf(scale * float(r @ r), NUMBERS * pictures))
-    rms = {int(i): float(np.sqrt(np.mean(r[row == i] ** 2))) for i in np.unique(row)}
+    rms, expected = {int(i): _rms_distance(r[row == i]) for i in np.unique(row)}, float(np.sqrt(2) * noise)
     moved: tuple[Moved, ...] = ()
     lens: LensChange | None = None
     verdict = "holds"
@@ -145,8 +145,13 @@ def check_pictures(model: Robot, data: Dataset, threads: int = 1) -> PictureChec
         count = len(tried) + len(model.description.cameras)
         verdict = "changed" if best.exceeds_scatter(scale * float(r @ r), pictures, count) else "cannot_tell"
         moved, lens = (moved, lens) if verdict == "changed" else ((), None)
-    sentence = _sentence(verdict, float(np.sqrt(np.mean(r**2))), noise, pictures, moved, lens)
-    return PictureCheck(verdict, sentence, rms, noise, p_value, moved, looked.notes, lens)
+    sentence = _sentence(verdict, _rms_distance(r), expected, pictures, moved, lens)
+    return PictureCheck(verdict, sentence, rms, expected, p_value, moved, looked.notes, lens)
+
+
+def _rms_distance(r: FloatArray) -> float:
+    """RMS length of the errors of corners, two numbers each."""
+    return float(np.sqrt(2 * np.mean(r**2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,9 +247,9 @@ def _moved(model: Robot, owner: str, x: FloatArray) -> Moved:
 
 
 def _sentence(
-    verdict: str, rms: float, noise: float, pictures: int, moved: tuple[Moved, ...], lens: LensChange | None
+    verdict: str, rms: float, expected: float, pictures: int, moved: tuple[Moved, ...], lens: LensChange | None
 ) -> str:
-    seen = f"{pictures} picture{'s' * (pictures > 1)}, {rms:.2f} px where {noise:.2f} px are expected"
+    seen = f"{pictures} picture{'s' * (pictures > 1)}, {rms:.2f} px where {expected:.2f} px are expected"
     if verdict == "holds":
         return f"The cell holds: {seen}."
     if verdict == "cannot_tell":

@@ -11,6 +11,7 @@ import pytest
 from fastcal.cli.app import main
 from fastcal.importers.corners import load_seen
 from fastcal.io.robot_file import load_robot
+from fastcal.monitoring.picture_check import check_pictures
 from fastcal.monitoring.picture_update import PictureUpdate, update_pictures
 from fastcal.robot.core_model import pose
 from fastcal.robot.robot import Robot
@@ -53,6 +54,17 @@ def off_mm(found: PictureUpdate, name: str, true: scene.FloatArray) -> scene.Flo
     T = pose((spec.cameras | spec.boards)[name])
     T[:3, 3] *= 1e3
     return np.asarray((np.linalg.inv(true) @ T)[:3, 3])
+
+
+def test_check_and_update_measure_errors_alike(folder: Path, tmp_path: Path) -> None:
+    """As distances of corners: noise s of each coordinate is an RMS of s times the root of two."""
+    model = load_robot(folder / "out/model.yaml")
+    found = updated(model, tmp_path, 5, 7)
+    held = check_pictures(model, load_seen([tmp_path / "poses.csv"], model, tmp_path / "corners.csv"))
+    assert held.verdict == "holds"
+    rms = float(np.sqrt(np.mean(np.square(list(held.rms_px.values())))))
+    assert rms == pytest.approx(found.errors_px[0], rel=1e-6)
+    assert held.expected_px == pytest.approx(np.sqrt(2) * NOISE_PX, rel=0.2)
 
 
 def test_a_camera_that_was_knocked(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
