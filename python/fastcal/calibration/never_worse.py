@@ -97,6 +97,8 @@ def never_worse(
     few = np.sum(judged[left_out]) <= MANY * judged.sum()
     if holds and few and not _is_worse(errors, found, left_out[:0], judged):
         return Chosen(fit.problem, found)
+    if few and found.status == "converged" and set(fit.problem.asked) <= set(_frames(fit.problem)):
+        return Chosen(fit.problem, found)  # what it is set beside is itself, by another loss
     best = Chosen(fit.problem, found) if holds else None
     # Rows of one load or approach are no outliers, however well the others agree: then every row counts in full.
     missed = _mean_square if not few and share_a_condition(whole.data, left_out, judged) else _missed
@@ -150,15 +152,19 @@ def _others(problem: CalibrationProblem) -> Iterator[tuple[CalibrationProblem, S
     )
 
 
-def _frames_only(problem: CalibrationProblem, found: _core.Identification) -> Chosen:
-    """Base, tool and set-ups alone."""
+def _frames(problem: CalibrationProblem) -> list[int]:
+    """Which of the asked parameters are the numbers of base, tool and set-ups."""
     own = len(problem.model.robot.nominal)
-    frames = [
+    return [
         i
         for i in problem.asked
         if problem.parameters[i].owner in ("base", "tool") and (i < own or problem.parameters[i].unit in ("m", "rad"))
     ]
-    alone = problem.with_(asked=frames, loss="none")
+
+
+def _frames_only(problem: CalibrationProblem, found: _core.Identification) -> Chosen:
+    """Base, tool and set-ups alone."""
+    alone = problem.with_(asked=_frames(problem), loss="none")
     again = alone.identify()
     if again.status != "converged":
         return Chosen(problem, found)
