@@ -17,11 +17,12 @@ from fastcal.calibration.parallel import workers
 from fastcal.calibration.pictures import check_pictures, judged_pictures
 from fastcal.calibration.placed_test import other_place_notes, placing_notes
 from fastcal.calibration.postures import check_postures, too_few_postures
-from fastcal.diagnosis import grading, rivals, rules, suspect_columns, unexplained
+from fastcal.diagnosis import rivals, rules, suspect_columns, unexplained
 from fastcal.diagnosis.against_load import is_against_load, with_deflections_against_load
 from fastcal.diagnosis.branch_posture import unrecorded_branch
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.found import Asked, Found, verdict_of
+from fastcal.diagnosis.held_out_gains import borne_out
 from fastcal.diagnosis.library import build_library, parse_exclusions
 from fastcal.diagnosis.loop_causes import found_loop_cause
 from fastcal.diagnosis.many_rows import all_moved, searched_rows
@@ -207,7 +208,7 @@ def _found(asked: Asked, lost: Sequence[int] = (), *, joints_repeat: bool = Fals
     best = with_orders_between(search, best)
     curve = waves_of_one_curve(search, best)
     best = search.pruned(best) if curve is None else curve[1]
-    best = beside_lost_rows(search, grading.borne_out(search, best))
+    best = beside_lost_rows(search, borne_out(search, best))
     notify(said("testing alternative causes"))
     model = rivals.bare(best)
     remains = unexplained.remains(best)

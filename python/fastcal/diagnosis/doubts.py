@@ -7,9 +7,13 @@ Each is a symptom of another cause, however small the residuals.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from fastcal import _core
+from fastcal.arrays import FloatArray
 from fastcal.calibration.repeatability import pose_groups
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.fits import Fit
@@ -35,6 +39,8 @@ def step_around_few_rows(at: Fit) -> bool:
     steps together, with no row in between, is one event.
     """
     steps = [name for name in at.added if effect_has_moment(name.effect)]
+    if len(steps) < 2:
+        return False
     between = rows_between_steps(steps, at.problem.kept)
     return bool(np.any((between > 0) & (between < rules.MIN_ROWS_BESIDE_STEP)))
 
@@ -45,6 +51,14 @@ def is_beyond_bounds(at: Fit, name: Hypothesis) -> bool:
     return is_another_arm(at) or any(
         not p.lower - 1e-9 * p.sigma <= value <= p.upper + 1e-9 * p.sigma
         for p, value in zip(at.model.parameters[place], at.theta[place], strict=True)
+    )
+
+
+def is_plausible(parameters: Sequence[_core.Parameter], theta: FloatArray) -> bool:
+    """Are values no larger than MAX_PLAUSIBLE_SIZE times what arms have? A load at which a law bends may be any."""
+    return all(
+        abs(value) <= rules.MAX_PLAUSIBLE_SIZE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
+        for p, value in zip(parameters, theta, strict=True)
     )
 
 

@@ -15,13 +15,14 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.parallel import each
 from fastcal.diagnosis import rules, unexplained
 from fastcal.diagnosis.against_load import is_against_load
+from fastcal.diagnosis.doubts import is_plausible
 from fastcal.diagnosis.held_out import folds
-from fastcal.diagnosis.held_out_gains import beyond, gains
+from fastcal.diagnosis.held_out_gains import brings_more, gains
 from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
 from fastcal.diagnosis.library import is_excluded
 from fastcal.diagnosis.moved_zeros import moved_zeros, own_jump
 from fastcal.diagnosis.one_curve import is_one_curve
-from fastcal.diagnosis.periodic import fine_looks, is_periodic, orders_alike, slow_waves_alike
+from fastcal.diagnosis.periodic import is_periodic, orders_alike, slow_waves_alike
 from fastcal.diagnosis.projection import basis, score_tests
 from fastcal.diagnosis.reasons import Because, BlockLabel, CauseLabel, Label, Reason
 from fastcal.diagnosis.result import NamedValue
@@ -53,6 +54,7 @@ class Evidence:
         is_plausible: Are its sizes?
         follows_loads: Does it yield to loads, as many things that look alike do?
         alike: What does the same as an effect of its kind: waves of other orders, a joint whose zero moved.
+        is_law_shown: Or does all that shows come from the sag that a compliance brings, of an arm without masses?
     """
 
     statistic: float
@@ -64,6 +66,7 @@ class Evidence:
     is_plausible: bool
     follows_loads: bool = False
     alike: tuple[Because, ...] = ()
+    is_law_shown: bool = True
 
     @property
     def snr(self) -> float:
@@ -83,6 +86,10 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     rivals: tuple[Label, ...] = ()
     stability = 1.0
     alike = (*moved_zeros(state, name), *own_jump(state, name))
+    law_shown = True
+    if brings_more(state, name) and not np.ptp(search.problem.data.payload):
+        alike += (Because(Reason.NO_MASSES),)
+        law_shown = statistic > rules.GRADE_B_SNR**2  # beside what it brings
     if len(state.names) <= search.most:
         base = search.without(state, name)
         statistic = max(base.fit.remaining - state.fit.remaining, 0.0)  # Wald's stops at what is unsure of a load
@@ -96,10 +103,10 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
         alike += (Because(Reason.SLOW_WAVE_ALIKE, orders=slow),) if slow else ()
         alike += other_forms_that_do(search, state, name)
     parameters = state.fit.model.parameters[place]
-    plausible = _is_plausible(parameters, theta)
+    plausible = is_plausible(parameters, theta)
     richer = _richer_needed(name, parameters, theta, own)
     loads = state.fit.effect(name).follows_loads
-    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads, alike)
+    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads, alike, law_shown)
 
 
 def other_forms_that_do(search: Search, state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
@@ -140,75 +147,6 @@ def _soft_flanks(search: Search, state: SearchNode, name: Hypothesis) -> list[Hy
         law, load = load_of_form(one)
         out.append(at_best_load(with_number(one.entry, load, size, law), law, load, base))
     return out
-
-
-def borne_out(search: Search, state: SearchNode) -> SearchNode:
-    """The set without the names that do not help to predict held-out rows, the least helpful first.
-
-    Of many, the less helpful half of those that do not help at once. Beside something that remains, no wave stays that
-    is implausibly large: it makes up for what is unexplained. Names that help beside what comes with them, such as the
-    sag of an arm without masses, must also do better with it than the start, by as much as the surest of them must.
-    """
-    while state.names:
-        over = np.array(
-            [_margin(search, state, name, helps) for name, helps in zip(state.names, gains(search, state), strict=True)]
-        )
-        worst = np.argsort(over, kind="stable")[: np.sum(over < 0)]
-        if len(worst) == 0:
-            break
-        at_once = 1 if len(state.names) <= rules.MAX_EFFECTS_GROWN else (len(worst) + 1) // 2
-        gone = [state.names[i] for i in worst[:at_once]]
-        rest = [name for name in state.names if not any(name is g for g in gone)]
-        state = search.state(rest, state) if rest else search.start
-    if not state.names:
-        return state
-    less, error = beyond(state, search.start)
-    return state if less > min(_least_gain(search, state, name) for name in state.names) * error else search.start
-
-
-def _is_oversized_wave(state: SearchNode, name: Hypothesis) -> bool:
-    """Is it a wave larger than gears have, where something remains?"""
-    if not name.traits.is_wave:
-        return False
-    place = state.fit.place(name)
-    return not _is_plausible(state.fit.model.parameters[place], state.fit.theta[place]) and not state.suffices
-
-
-def _margin(search: Search, state: SearchNode, name: Hypothesis, helps: tuple[float, float]) -> float:
-    """By how much a name helps to predict held-out rows beyond what it must; below 0 it goes.
-
-    What is not certain and changes slowly must predict whole stretches of the order of measuring too: their neighbours
-    tell of a wrong cause as well as of the right one, and the model is used on poses that are measured later.
-    """
-    if _is_oversized_wave(state, name):
-        return -np.inf
-    least = _least_gain(search, state, name)
-    margin = helps[0] - least * helps[1]
-    if least > rules.MIN_RIVAL_GAIN and not SLOW.isdisjoint(name.traits.depends_on):
-        less, error = state.gain_by_stretches(name)
-        margin = min(margin, less - rules.MIN_GAIN * error)
-    return margin
-
-
-def _least_gain(search: Search, state: SearchNode, name: Hypothesis) -> float:
-    """Standard errors by which a name must help: fewer for a certain one, but not for a wave where something remains.
-
-    Waves are picked out of thousands, there by a misfit that is no noise, whatever their level against noise. An order,
-    a moment or a lag that was searched for was chosen by the rows held out as well.
-    """
-    uncertain = rules.MIN_SEARCHED_GAIN if name.searched else rules.MIN_GAIN
-    if len(state.names) > rules.MAX_EFFECTS_GROWN or (is_periodic(name) and not state.suffices):
-        return uncertain
-    return rules.MIN_RIVAL_GAIN if chance(search, state, name) < rules.ALPHA_CERTAIN else uncertain
-
-
-def chance(search: Search, state: SearchNode, name: Hypothesis) -> float:
-    """That noise makes some name of the family do as much beside the others of a set; what was searched for counts."""
-    drop = np.array([search.without(state, name).fit.remaining - state.fit.remaining])
-    place = state.fit.place(name)
-    rank = np.array([place.stop - place.start + name.searched], dtype=np.int32)
-    looks = search.start.family.named + fine_looks(search.problem, name)
-    return float(p_values(drop, rank, search.problem.noise.freedom)[0]) * looks
 
 
 def grade(
@@ -277,6 +215,7 @@ def may_be_another(
         ),
         (found.follows_loads and not found.is_plausible, Because(Reason.IMPLAUSIBLE)),
         *_stand_ins(name),
+        (not found.is_law_shown, Because(Reason.NO_MASSES)),
         (_is_alone_in_a_crowd(name, [other for _, other in beside]), Because(Reason.UNSURE_COMPANION)),
     ]
     alike = (because for because in found.alike if because.reason in (Reason.OWN_JUMP, Reason.SLOW_WAVE_ALIKE))
@@ -342,13 +281,6 @@ def _covariance(state: SearchNode) -> FloatArray:
     scale = np.linalg.norm(A, axis=0)
     scale[scale == 0] = 1.0
     return np.asarray(np.linalg.pinv((A / scale).T @ (A / scale), rcond=1e-14, hermitian=True) / np.outer(scale, scale))
-
-
-def _is_plausible(parameters: Sequence[_core.Parameter], theta: FloatArray) -> bool:
-    return all(
-        abs(value) <= rules.MAX_PLAUSIBLE_SIZE * p.sigma or p.name.startswith("critical") or not np.isfinite(p.sigma)
-        for p, value in zip(parameters, theta, strict=True)
-    )
 
 
 def _richer_needed(

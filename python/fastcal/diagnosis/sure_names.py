@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fastcal.calibration.repeatability import posture_groups
-from fastcal.diagnosis import grading, rules
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.held_out import HeldOut, gain
+from fastcal.diagnosis.held_out_gains import chance
 from fastcal.diagnosis.hypothesis import SLOW, Hypothesis
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.search import Search, SearchNode
@@ -52,7 +53,7 @@ def sure_names(search: Search, state: SearchNode) -> tuple[SearchNode, dict[str,
         out[repr(name)] = Because(Reason.CHANGES_OTHERWISE)
         state = search.without(state, next(n for n in state.names if n is name))
     while state.names:
-        chances = [grading.chance(search, state, name) for name in state.names]
+        chances = [chance(search, state, name) for name in state.names]
         least = int(np.argmax(chances))
         if chances[least] < rules.ALPHA_CERTAIN:
             break

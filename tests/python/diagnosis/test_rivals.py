@@ -12,8 +12,8 @@ from fastcal import _core, load_robot, perturbed, random_poses, simulate
 from fastcal.diagnosis import rules
 from fastcal.diagnosis.curves import with_curvatures
 from fastcal.diagnosis.fits import fit
-from fastcal.diagnosis.grading import borne_out
 from fastcal.diagnosis.held_out import HeldOut, folds
+from fastcal.diagnosis.held_out_gains import borne_out
 from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.library import build_library
 from fastcal.diagnosis.noise import with_estimated_noise

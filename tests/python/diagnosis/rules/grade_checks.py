@@ -8,7 +8,7 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal.diagnosis import diagnose, grading, periodic
+from fastcal.diagnosis import diagnose, doubts, grading, periodic
 from fastcal.diagnosis.fits import fit
 from fastcal.diagnosis.grading import Evidence
 from fastcal.diagnosis.hypothesis import Hypothesis
@@ -148,9 +148,9 @@ def a_sag_without_masses_is_a_place_and_no_law() -> None:
 @falls_with(MAX_PLAUSIBLE_SIZE=np.inf)
 def a_size_that_no_arm_has_does_the_work_of_something_else() -> None:
     gap = SimpleNamespace(name="gap", sigma=1e-4)
-    assert grading._is_plausible([gap], np.array([1e-3]))
-    assert not grading._is_plausible([gap], np.array([-5e-3]))
-    assert grading._is_plausible([SimpleNamespace(name="critical", sigma=1.0)], np.array([500.0]))
+    assert doubts.is_plausible([gap], np.array([1e-3]))
+    assert not doubts.is_plausible([gap], np.array([-5e-3]))
+    assert doubts.is_plausible([SimpleNamespace(name="critical", sigma=1.0)], np.array([500.0]))
 
 
 @falls_with(MIN_SNR_BESIDE_REST=0.0)

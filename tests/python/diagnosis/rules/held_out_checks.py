@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from fastcal.diagnosis import curves, grading, held_out, plain_models, rivals, surrogate_bases, unexplained
+from fastcal.diagnosis import curves, held_out, held_out_gains, plain_models, rivals, surrogate_bases, unexplained
 from fastcal.diagnosis.search import Family, SearchNode
 from fastcal.measurements.dataset import Dataset
 
@@ -29,7 +29,7 @@ def a_name_that_does_not_help_held_out_rows_goes() -> None:
         predicting(0.5),
         mock.patch.object(SearchNode, "gains", property(lambda self: [gains[repr(member)] for member in self.names])),
     ):
-        assert grading.borne_out(search, search.state([helps, harms], search.start)).names == (helps,)
+        assert held_out_gains.borne_out(search, search.state([helps, harms], search.start)).names == (helps,)
 
 
 @falls_with(ALPHA_CERTAIN=0.0)
@@ -44,7 +44,7 @@ def what_is_certain_and_shows_in_few_rows_stays() -> None:
             predicting(0.15),
             mock.patch.object(SearchNode, "gains", property(lambda self: [(0.15, 0.1) for _ in self.names])),
         ):
-            assert grading.borne_out(search, search.state([step], search.start)).names == kept
+            assert held_out_gains.borne_out(search, search.state([step], search.start)).names == kept
 
 
 @falls_with(MIN_GAIN=-1e9)
@@ -57,7 +57,7 @@ def a_set_that_does_no_better_than_the_geometry_goes() -> None:
         predicting(0.02),
         mock.patch.object(SearchNode, "gains", property(lambda self: [(0.7, 0.2) for _ in self.names])),
     ):
-        assert grading.borne_out(search, search.state([bend], search.start)).names == ()
+        assert held_out_gains.borne_out(search, search.state([bend], search.start)).names == ()
 
 
 def remains(helps: float, significant: Callable[[float, float], list[int]]) -> bool:

@@ -10,7 +10,7 @@ from unittest import mock
 import numpy as np
 
 from fastcal import load_robot
-from fastcal.diagnosis import grading, rivals, rounds, rules
+from fastcal.diagnosis import held_out_gains, rivals, rounds, rules
 from fastcal.diagnosis.many_rows import searched_rows
 from fastcal.diagnosis.search import RECENT, Family, Search, SearchNode
 from fastcal.measurements.dataset import Dataset
@@ -164,7 +164,7 @@ def of_ten_names_those_that_help_held_out_rows_stay() -> None:
             SearchNode, "gains", property(lambda self: [(0.1 * helps[repr(n)], 0.1) for n in self.names])
         ),
     ):
-        assert set(grading.borne_out(search, search.state(names, search.start)).names) == set(names[:6])
+        assert set(held_out_gains.borne_out(search, search.state(names, search.start)).names) == set(names[:6])
 
 
 @falls_with(MAX_PLAUSIBLE_SIZE=np.inf)
@@ -176,7 +176,7 @@ def beside_something_without_a_name_no_wave_is_larger_than_gears_have() -> None:
         fit = SimpleNamespace(
             place=lambda n: slice(0, 2), theta=np.array([amplitude, 0.0]), model=SimpleNamespace(parameters=parameters)
         )
-        return grading._is_oversized_wave(SimpleNamespace(fit=fit, suffices=suffices), wave)
+        return held_out_gains._is_oversized_wave(SimpleNamespace(fit=fit, suffices=suffices), wave)
 
     assert is_oversized(0.3, suffices=False)
     assert not is_oversized(3e-3, suffices=False)

@@ -7,7 +7,7 @@ from unittest import mock
 
 import numpy as np
 
-from fastcal.diagnosis import grading, rivals
+from fastcal.diagnosis import held_out_gains, rivals
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.search import SearchNode
 from fastcal.diagnosis.sure_names import sure_names
@@ -104,7 +104,7 @@ def an_order_that_was_searched_for_must_help_more() -> None:
             mock.patch.object(SearchNode, "gains", property(lambda self, g=gain: [(g, 0.1) for _ in self.names])),
         ):
             state = search.state([wave], search.start)
-            assert grading.borne_out(search, state).names == ((wave,) if stays else ())
+            assert held_out_gains.borne_out(search, state).names == ((wave,) if stays else ())
 
 
 @falls_with(MIN_GAIN=-1e9)
@@ -120,7 +120,7 @@ def a_weak_cause_that_changes_slowly_must_predict_stretches() -> None:
             mock.patch.object(SearchNode, "gains", property(lambda self: [(0.25, 0.1) for _ in self.names])),
             mock.patch.object(SearchNode, "gain_by_stretches", return_value=(0.05, 0.1)),
         ):
-            kept = grading.borne_out(search, search.state([slow, other], search.start)).names
+            kept = held_out_gains.borne_out(search, search.state([slow, other], search.start)).names
             assert kept == ((slow, other) if stays else (other,))
 
 
@@ -134,7 +134,7 @@ def a_weak_set_must_do_as_well_as_its_names() -> None:
         predicting(0.07),
         mock.patch.object(SearchNode, "gains", property(lambda self: [(0.36, 0.1) for _ in self.names])),
     ):
-        assert grading.borne_out(search, search.state([weak], search.start)).names == ()
+        assert held_out_gains.borne_out(search, search.state([weak], search.start)).names == ()
 
 
 @falls_with(ALPHA_CERTAIN=0.0)
@@ -159,7 +159,7 @@ def one_of_two_that_do_the_same_work_is_written() -> None:
     world = World({one: C[:, 0], other: C @ np.array([0.995, 0.1])}, 30.0 * C[:, 0] + 2.0 * C[:, 1])
     with world.search() as search:
         both = search.state([one, other], search.start)
-        assert all(grading.chance(search, both, n) > 1e-5 for n in both.names)
+        assert all(held_out_gains.chance(search, both, n) > 1e-5 for n in both.names)
         state, why = sure_names(search, both)
     assert len(state.names) == len(why) == 1
 
