@@ -55,6 +55,7 @@ class Evidence:
         follows_loads: Does it yield to loads, as many things that look alike do?
         alike: What does the same as an effect of its kind: waves of other orders, a joint whose zero moved.
         is_law_shown: Or does all that shows come from the sag that a compliance brings, of an arm without masses?
+        noise_follows: Are successive rows' errors correlated?
     """
 
     statistic: float
@@ -67,6 +68,7 @@ class Evidence:
     follows_loads: bool = False
     alike: tuple[Because, ...] = ()
     is_law_shown: bool = True
+    noise_follows: bool = False
 
     @property
     def snr(self) -> float:
@@ -106,7 +108,8 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     plausible = is_plausible(parameters, theta)
     richer = _richer_needed(name, parameters, theta, own)
     loads = state.fit.effect(name).follows_loads
-    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads, alike, law_shown)
+    follows = search.problem.noise.follows
+    return Evidence(statistic, len(at), gain, stability, rivals, richer, plausible, loads, alike, law_shown, follows)
 
 
 def other_forms_that_do(search: Search, state: SearchNode, name: Hypothesis) -> tuple[Because, ...]:
@@ -184,7 +187,8 @@ def may_be_another(
     """Why a name is no more than its place: what looks alike from afar would not have shown itself; empty: it is more.
 
     A name may make up for the form of a much stronger one, of what remains, or, with others that change with time or
-    temperature, for a law that is none of theirs, unless its signal is that of grade A. Waves have one form: none makes
+    temperature, for a law that is none of theirs, or with noise that changes slowly as well, for more of that than one
+    correlation of neighbours says, unless its signal is that of grade A. Waves have one form: none makes
     up for another's. A name behind which most parts of the data do not stand, or what yields to loads more than any
     arm, does the work of something else; what stands for an unknown weight has any law of its load; nothing deflects
     against its load. A slope over a short range may be a wave. Of many names, found by exchanging them for each other,
@@ -204,6 +208,7 @@ def may_be_another(
     if (
         remaining is not None
         or any(its.snr > rules.MUCH_STRONGER * snr for _, its in others)
+        or (slow and found.noise_follows)
         or (slow and any(not SLOW.isdisjoint(other.traits.depends_on) for other, _ in others))
     ):
         least = max(least, _sure_signal(found, name), remaining or 0.0)

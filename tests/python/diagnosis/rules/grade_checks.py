@@ -88,6 +88,9 @@ def so_it_does_beside_what_remains_and_among_several_over_time() -> None:
     assert not place_only(24.0, remains=20.0)
     assert place_only(30.0, "base_drift", thermal_offset=30.0)
     assert not place_only(30.0, "base_drift", backlash=30.0)
+    noisy = replace(SURE, statistic=30.0**2, noise_follows=True)  # and so is noise that changes slowly
+    assert grading.may_be_another(noisy, name(1, "base_drift"), (), (), None)
+    assert not grading.may_be_another(noisy, name(1, "backlash"), (), (), None)
 
 
 @falls_with(GRADE_A_GAIN=-1e9)
@@ -116,6 +119,7 @@ def a_name_that_most_parts_do_not_bear_out_may_be_another() -> None:
     assert reasons((name(2),), stability=0.4) == []  # each of two that do as well comes first at times
     assert reasons(is_plausible=False, follows_loads=True) == [Reason.IMPLAUSIBLE]
     assert reasons(is_plausible=False) == []  # worn gears have any backlash
+    assert reasons(is_law_shown=False) == [Reason.NO_MASSES]
     wave = Because(Reason.SLOW_WAVE_ALIKE, orders=(1.0,))
     assert reasons(alike=(wave,)) == [Reason.SLOW_WAVE_ALIKE]  # a slope over a short range
     assert reasons(alike=(Because(Reason.OTHER_FORM),)) == []
