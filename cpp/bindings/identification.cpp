@@ -61,9 +61,9 @@ class PythonRows : public RowSource {
   Eigen::Index count_;
 };
 
-Eigen::VectorXd row_numbers(const Identification& result, double RowWeight::*field) {
+Eigen::VectorXd row_weights(const Identification& result) {
   Eigen::VectorXd out(static_cast<Eigen::Index>(result.weights.size()));
-  for (std::size_t i = 0; i < result.weights.size(); ++i) out[static_cast<Eigen::Index>(i)] = result.weights[i].*field;
+  for (std::size_t i = 0; i < result.weights.size(); ++i) out[static_cast<Eigen::Index>(i)] = result.weights[i].weight;
   return out;
 }
 
@@ -126,12 +126,7 @@ void bind_identification(py::module_& m) {
       .def_readonly("degrees_of_freedom", &Identification::degrees_of_freedom)
       .def_readonly("iterations", &Identification::iterations)
       .def_readonly("residuals", &Identification::residuals, "(N, numbers), NaN where not measured")
-      .def_property_readonly(
-          "weights", [](const Identification& self) { return row_numbers(self, &RowWeight::weight); },
-          "(N,) robust weight of each row")
-      .def_property_readonly(
-          "whitened_squares", [](const Identification& self) { return row_numbers(self, &RowWeight::squared); },
-          "(N,) u^2 of each row");
+      .def_property_readonly("weights", &row_weights, "(N,) robust weight of each row");
 
   m.def(
       "identify",

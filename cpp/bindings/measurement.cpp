@@ -131,8 +131,7 @@ void bind_measurement(py::module_& m) {
       .def_property_readonly(
           "is_known", [](const PlacedObservation& self) { return self->is_known(); }, "beforehand, and not read")
       .def_property_readonly("is_pose", [](const PlacedObservation& self) { return self->is_pose(); })
-      .def_readonly("first_number", &PlacedObservation::first_number, "of its numbers in a row of residuals")
-      .def_readonly("first_unknown", &PlacedObservation::first_unknown, "of its unknowns among all");
+      .def_readonly("first_number", &PlacedObservation::first_number, "of its numbers in a row of residuals");
 
   py::class_<Measurements>(m, "Measurements", "N rows of what was measured, SI; NaN: not in this row.")
       .def(py::init([](const RobotModel& robot, Eigen::Index rows, const std::map<std::string, RowMatrixXd>& numbers,

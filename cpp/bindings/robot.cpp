@@ -193,7 +193,6 @@ void bind_robot(py::module_& m) {
       .def_readonly("name", &Parameter::name)
       .def_readonly("unit", &Parameter::unit)
       .def_readonly("sigma", &Parameter::sigma, "a plausible size of its error")
-      .def_readonly("doc", &Parameter::doc)
       .def_readonly("lower", &Parameter::lower, "what it can be at all")
       .def_readonly("upper", &Parameter::upper)
       .def_readonly("expected", &Parameter::expected, "where a prior holds it")

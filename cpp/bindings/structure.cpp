@@ -148,7 +148,6 @@ void bind_structure(py::module_& m) {
           "hinges"_a, "supports"_a,
           "`sections` (elements, 9): E, A, I_z, I_y, J, G, shear area y and z, mass. `hinges` (element, end, axes) and "
           "`supports` (node, directions) hold bits.")
-      .def_property_readonly("sampled_count", &BeamSolver::sampled_count)
       .def("solve", &solve, "nodes"_a.noconvert(), "load"_a.noconvert(), "gravity"_a.noconvert(), "up"_a.noconvert(),
            "stiffness"_a.noconvert(), "scale"_a, "threads"_a, "displacement"_a.noconvert(),
            "Fills `displacement` (N, M, B) from `nodes` (N, M, D); the other arrays hold one row, or one a posture.")

@@ -29,11 +29,7 @@ void bind_subset_search(py::module_& m) {
       .def(
           "of", [](const SubsetSearch& self, const Sets& sets) { return self.of(sets); }, py::arg("sets"),
           py::call_guard<py::gil_scoped_release>(), "The sets of a boolean array (S, m).")
-      .def_property_readonly("optional_count", &SubsetSearch::optional_count)
-      .def_property_readonly("fold_count", &SubsetSearch::fold_count)
-      .def_property_readonly_static(
-          "most_optional", [](const py::object&) { return SubsetSearch::kMostOptional; },
-          "m of all() is at most this.");
+      .def_property_readonly("optional_count", &SubsetSearch::optional_count);
 
   py::class_<Linearization>(m, "Linearization",
                             "The problem near a parameter vector; one row a measured number, whitened.")

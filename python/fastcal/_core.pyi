@@ -16,9 +16,6 @@ class Parameter:
     def __repr__(self) -> str:
         ...
     @property
-    def doc(self) -> str:
-        ...
-    @property
     def expected(self) -> float:
         """
         where a prior holds it
@@ -323,11 +320,6 @@ class Observation:
         of its numbers in a row of residuals
         """
     @property
-    def first_unknown(self) -> int:
-        """
-        of its unknowns among all
-        """
-    @property
     def is_known(self) -> bool:
         """
         beforehand, and not read
@@ -569,11 +561,6 @@ class Identification:
         """
         (N,) robust weight of each row
         """
-    @property
-    def whitened_squares(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-        """
-        (N,) u^2 of each row
-        """
 class PoseSolver:
     """
     One pose at a time, made ready once; not for several threads at a time.
@@ -604,9 +591,6 @@ class BeamSolver:
         """
         Fills `derivative` (N, M, B, groups) too: by a factor on the stiffness of each group of elements.
         """
-    @property
-    def sampled_count(self) -> int:
-        ...
 class StiffnessTable:
     """
     Stiffness of an element's end, K_ij = f_ij(extension) g_ij(angle), from samples.
@@ -663,7 +647,6 @@ class SubsetSearch:
     """
     Cross-validated error of subsets of the columns of a least-squares problem.
     """
-    most_optional: typing.ClassVar[int] = 24
     def __init__(self, kept: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], optional: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], r: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], fold: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 1]"], *, least_norm: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
         """
         kept (n, c) columns of every set, optional (n, m), r (n) with J b ~ r, fold (n) 0 ... K - 1 or, fitted always, -1.
@@ -676,9 +659,6 @@ class SubsetSearch:
         """
         The sets of a boolean array (S, m).
         """
-    @property
-    def fold_count(self) -> int:
-        ...
     @property
     def optional_count(self) -> int:
         ...
