@@ -32,6 +32,7 @@ _FEWEST = 4
 _EDGE = 7  # pixels, in which a blurred dot ends on both sides
 _AS_GOOD, _STRAY = 2.0, 1.0  # times the error of the best order of the dots, and pixels: another is as good
 _OUTLINE = 64  # places round a dot
+_SMALL = 1e-3  # of a board's extent: the radius of dots at first
 _FEWEST_BENT = 5  # dots, from which a lens that bends is fitted as well
 _FLAT = 1e-6  # of their extent: points lie in a plane
 
@@ -171,7 +172,9 @@ def _middles(cv2: Any, grey: Picture, at: FloatArray, flat: FloatArray) -> Float
     ]
     middles, areas = np.array([place for place, _ in found]), np.array([area for _, area in found])
     H, _ = cv2.findHomography(flat, middles)
-    return middles if H is None else np.asarray(middles - _aside(H, middles, areas, flat, grey.shape))
+    if H is None or not (areas > 0).all():
+        return middles
+    return np.asarray(middles - _aside(H, middles, areas, flat, grey.shape))
 
 
 def _weighed(cv2: Any, grey: Picture, at: FloatArray, reach: float) -> tuple[FloatArray, float]:
@@ -229,7 +232,7 @@ def _aside(
     def weighed(numbers: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
         return _polygons(draw(numbers, flat[:, np.newaxis] + radius * ring))
 
-    numbers, radius = np.append((H / H[2, 2]).ravel()[:8], [0.0] if is_bent else []), 1.0
+    numbers, radius = np.append((H / H[2, 2]).ravel()[:8], [0.0] if is_bent else []), _SMALL * float(np.ptp(flat))
     for _ in range(2):  # how large the dots are, and where they are drawn
         radius *= float(np.median(np.sqrt(areas / (half**2 * weighed(numbers, radius)[1]))))
         numbers = least_squares(
