@@ -9,8 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from fastcal.calibration.alignment import measurements
+from fastcal.calibration.calibrate import calibrate
 from fastcal.calibration.data_notes import shared_row_notes
-from fastcal.calibration.inspection import check_columns, check_fit
+from fastcal.calibration.inspection import check_columns, check_fit, check_lengths
 from fastcal.calibration.kind_misfits import gross_misfits
 from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.parallel import workers
@@ -46,6 +48,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
+from fastcal.robot.robot import Robot
 from fastcal.said import capital, joined, said
 
 # Rows that may lie off together and be left out [of all]: of more, the rest is no majority.
@@ -99,6 +102,7 @@ def diagnose(
     notify(said("checking the columns"))
     check_postures(data)
     suspected = [*check_pictures(looked, as_read=as_read), *check_columns(robot, data, as_read=as_read)]
+    suspected += _shrunk(robot, data, threads, as_read=as_read)
     misfits = gross_misfits(robot, data, threads)
     data = without_kinds(data, [misfit.kind.name for misfit in misfits])
     of_the_arm = [name for name in exclude if name.partition("@")[0] not in RIG_TRAITS]
@@ -136,6 +140,17 @@ def diagnose(
     alike = [ALIKE[f.effect] for f in of_the_rig if f.grade != "A" and f.effect in ALIKE]
     told = [*of_lenses, *looked.notes, *(misfit.text for misfit in result.misfits), *suspected, *alike]
     return replace(result, notes=[*told, *unexplained_by_any, *shared, *result.notes])
+
+
+def _shrunk(robot: Robot, data: Dataset, threads: int, *, as_read: bool) -> list[str]:
+    """`check_lengths` of the geometry alone, held no more than `calibrate` holds it, where nothing shows a scale."""
+    if not data.kinds or measurements(data, robot).shows_scale:
+        return []
+    try:
+        free = calibrate(robot, data, as_read=True, checks=False, threads=threads)
+    except InvalidInput:  # of what no geometry can be found from, which the diagnosis says itself
+        return []
+    return check_lengths(robot, free.parameters, data, as_read=as_read)
 
 
 def _beside(findings: Sequence[Finding], found: Diagnosis) -> Diagnosis:
