@@ -6,19 +6,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from fastcal.calibration.alignment import measurements
-from fastcal.calibration.calibrate import calibrate
+from fastcal.calibration.calibrate import calibrate, check_touched
 from fastcal.calibration.data_notes import shared_row_notes
-from fastcal.calibration.inspection import check_columns, check_fit, check_lengths
+from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import gross_misfits
 from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.parallel import workers
 from fastcal.calibration.pictures import check_pictures, judged_pictures
 from fastcal.calibration.placed_test import other_place_notes, placing_notes
 from fastcal.calibration.postures import check_postures, too_few_postures
+from fastcal.calibration.touch_columns import is_touched
 from fastcal.diagnosis import grading, rivals, rules, suspect_columns, unexplained
 from fastcal.diagnosis.against_load import is_against_load, with_deflections_against_load
 from fastcal.diagnosis.branch_posture import unrecorded_branch
@@ -102,7 +104,7 @@ def diagnose(
     notify(said("checking the columns"))
     check_postures(data)
     suspected = [*check_pictures(looked, as_read=as_read), *check_columns(robot, data, as_read=as_read)]
-    suspected += _shrunk(robot, data, threads, as_read=as_read)
+    suspected += _of_touches(robot, data, threads, as_read=as_read)
     misfits = gross_misfits(robot, data, threads)
     data = without_kinds(data, [misfit.kind.name for misfit in misfits])
     of_the_arm = [name for name in exclude if name.partition("@")[0] not in RIG_TRAITS]
@@ -142,15 +144,16 @@ def diagnose(
     return replace(result, notes=[*told, *unexplained_by_any, *shared, *result.notes])
 
 
-def _shrunk(robot: Robot, data: Dataset, threads: int, *, as_read: bool) -> list[str]:
-    """`check_lengths` of the geometry alone, held no more than `calibrate` holds it, where nothing shows a scale."""
-    if not data.kinds or measurements(data, robot).shows_scale:
+def _of_touches(robot: Robot, data: Dataset, threads: int, *, as_read: bool) -> list[str]:
+    """`check_touched` of the geometry, held no more than `calibrate` holds it, where no point was measured."""
+    if not is_touched(data):
         return []
     try:
         free = calibrate(robot, data, as_read=True, checks=False, threads=threads)
     except InvalidInput:  # of what no geometry can be found from, which the diagnosis says itself
         return []
-    return check_lengths(robot, free.parameters, data, as_read=as_read)
+    how: dict[str, Any] = {"shows_scale": measurements(data, robot).shows_scale, "looks": True, "as_read": as_read}
+    return check_touched(robot, data, (free.parameters, free.train), **how, threads=threads)
 
 
 def _beside(findings: Sequence[Finding], found: Diagnosis) -> Diagnosis:
