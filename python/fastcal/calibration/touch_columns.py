@@ -116,7 +116,8 @@ def _slides(robot: Robot, data: Dataset, fit: Evaluation, refit: Refit) -> Said 
     """Of joints that slide, all or one, in a larger unit than was read.
 
     The arm of the file must fit far better beside how far they moved, which the unit sets, and it, or the calibrated
-    one, no worse in itself. A smaller unit is not tried: where slides stand still, a ball about the middle of the wrist fits anything.
+    one, no worse in itself. A smaller unit is not tried: where slides stand still, a ball about the middle of the
+    wrist fits anything.
     """
     sliding = [k for k, kind in enumerate(robot.joint_types) if kind == "prismatic"]
     missed, moved = _rms(fit, nominal=True), _moved(data.q, sliding)
