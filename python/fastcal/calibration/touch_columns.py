@@ -22,7 +22,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.place import joint_position
 from fastcal.robot.robot import Robot
 from fastcal.said import Said, said
-from fastcal.units import from_si
+from fastcal.units import factor, from_si
 
 Refit = Callable[[Dataset], Evaluation]
 
@@ -31,7 +31,7 @@ FAR_BETTER = 5.0  # times: so much better another reading of a column has to fit
 _MISSED = 0.02  # of how far the tool moved about a sphere, by which a right one is hardly ever missed
 _SHARE = 3e-3  # of how far slides moved: the same
 _SIZES = np.geomspace(1 / 32, 32, 21)  # times a radius that are tried
-_UNITS = {"inches": 25.4, "cm": 10.0, "m": 1000.0}  # [mm]
+_UNITS = {"inches": factor("in") / factor("mm"), "cm": 10.0, "m": 1 / factor("mm")}  # [mm]
 _MM = "mm"
 
 
