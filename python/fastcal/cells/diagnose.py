@@ -85,7 +85,7 @@ def diagnose_cell(
         ways.append(WayDiagnosis(way, found))
     effects = _merged(ways, moved_members(ways, readings), bool(exclude))
     notify("calibrating the cell with the effects found")
-    with_effects, notes = _with_effects(cell, readings, ways, effects)
+    with_effects, notes = with_causes(cell, readings, ways, effects)
     is_sure = all(of.finding.grade != "C" for of in effects)
     given: dict[str, Any] = {"exclude": exclude, "mend": mend, "threads": threads}
     written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
@@ -205,7 +205,7 @@ def _likens(each: WayDiagnosis, effect: str, owner: str) -> bool:
     return any((effect, owner) == told_name(each.way, *of) for f in each.found.effects for of in f.equivalents)
 
 
-def _with_effects(
+def with_causes(
     cell: Cell, readings: Readings, ways: Sequence[WayDiagnosis], effects: Sequence[CellFinding]
 ) -> tuple[Cell, list[str]]:
     """The cell whose arms have the causes that are sure; notes on those that its postures cannot tell."""
@@ -230,10 +230,10 @@ def _with_effects(
             )
             continue
         own: Entry = {**of.entry, "owner": owner_of(replace(place, arm="") for place in places)}
-        there = arm.robot.with_(effects=[*cell.arm(arm.name).robot.entries, own])
-        arms = tuple(replace(each, robot=there) if each.name == arm.name else each for each in cell.arms)
-        tried = replace(cell, arms=arms)
         try:
+            there = arm.robot.with_(effects=[*cell.arm(arm.name).robot.entries, own])
+            arms = tuple(replace(each, robot=there) if each.name == arm.name else each for each in cell.arms)
+            tried = replace(cell, arms=arms)
             tried.model  # noqa: B018  which says whether it can be in a cell
             readings.samples(tried)  # and this whether these postures have what it needs
         except InvalidInput as error:

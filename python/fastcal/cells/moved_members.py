@@ -20,6 +20,7 @@ from fastcal.cells.diagnosis import CellFinding, Step, WayDiagnosis
 from fastcal.cells.knocked import turned_step
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
+from fastcal.diagnosis import rules
 from fastcal.diagnosis.reasons import Because, Reason
 from fastcal.diagnosis.result import Finding
 from fastcal.effects.entries import traits_of
@@ -45,11 +46,21 @@ def moved_members(ways: Sequence[WayDiagnosis], readings: Readings) -> dict[int,
     out: dict[int, Step] = {}
     for end in dict.fromkeys((of.begins, _end(of)) for of in steps):
         own = [of for of in steps if (of.begins, _end(of)) == end]
-        roots = {each.way.root for each in ways if each.way.instrument == end[1]}
+        others = [each.way for each in ways if each.way.instrument == end[1]]
         for group in _together(own, readings):
+            roots = {way.root for way in others if _is_read_beside(way, group[0], readings)}
             for of in group:
                 out[id(of.finding)] = _named(of, {each.each.way.root for each in group}, roots, group[0].moment)
     return out
+
+
+def _is_read_beside(way: Way, step: Step, readings: Readings) -> bool:
+    """Were enough rows of a way read before and after a step to show it?"""
+    if way is step.each.way:
+        return True
+    read = np.isfinite(readings.tables[f"position@{way.name}"]).any(axis=1)
+    early = when(readings, step.finding) < step.moment
+    return min(int((read & early).sum()), int((read & ~early).sum())) >= rules.MIN_ROWS_BESIDE_STEP
 
 
 def _step(each: WayDiagnosis, finding: Finding) -> Step | None:
@@ -136,7 +147,7 @@ def _named(of: Step, seen: set[str], roots: set[str], first: float) -> Step:
     Args:
         of: One of those that are one motion.
         seen: The arms at which the ways of all of these begin.
-        roots: The same of all ways from the instrument.
+        roots: The same of all ways from the instrument that would show it.
         first: The moment of the first of these.
     """
     way = of.each.way

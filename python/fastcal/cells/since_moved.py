@@ -38,6 +38,8 @@ def as_since(cell: Cell, readings: Readings) -> Readings:
         if since == view or field.startswith("sigma"):
             continue
         own = np.flatnonzero(np.isfinite(there).all(axis=1))
+        if not len(own):
+            continue
         now, before = (view_poses(cell, postures.pick(own), each) for each in (since, view))
         D = now @ inverses(before)
         table = tables[f"{field}@{since}"].copy()

@@ -23,7 +23,7 @@ from .test_diagnose import write_poses
 
 NOISE = 2e-5  # [m]
 TRACK = {"type": "prismatic", "theta_deg": 0, "d_mm": 0, "a_mm": 0, "alpha_deg": 90, "min_mm": 0, "max_mm": 2000}
-TRACKER = {"sensors": {"tracker": {"on": "world", "xyz_mm": [-2500, 100, 800]}}}
+TRACKER = {"sensors": {"tracker": {"on": "world", "xyz_mm": [-2500, 100, 800], "rpy_deg": [10, -20, 120]}}}
 TWO_ARMS: dict[str, Any] = {
     "cell": "two",
     "arms": {"left": {"robot": "ur5", "xyz_mm": [0, 500, 0]}, "right": {"robot": "ur10", "xyz_mm": [0, -500, 0]}},

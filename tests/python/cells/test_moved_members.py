@@ -4,18 +4,21 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fastcal.cells.calibrate import calibrate_cell
-from fastcal.cells.diagnose import names_excluded
+from fastcal.cells.diagnose import names_excluded, with_causes
+from fastcal.cells.diagnosis import CellFinding
 from fastcal.cells.errors import kind_errors
 from fastcal.cells.readings import Labels, Readings
 from fastcal.cells.sensor_ways import seen_ways
 from fastcal.cells.simulate import simulate_cell
 from fastcal.cells.since_moved import as_since
+from fastcal.diagnosis.result import Finding
 from fastcal.errors import ParseError
 from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.io.tree_readings import load_readings
@@ -131,6 +134,35 @@ def test_a_name_that_is_excluded_is_each_ways_own(
     cell = load_cell(written(tmp_path, TRACKED))
     read = Readings(np.zeros((1, 12)), {f"position@{view}": np.ones((1, 3)) for view in FROM_TRACKER}, "")
     assert names_excluded(seen_ways(cell, read), [f"{name}@{owner}"]) == excluded
+
+
+def test_an_arm_that_was_not_read_before_tells_nothing_of_the_tracker(tmp_path: Path) -> None:
+    scene, _ = SCENES["tracker"]
+    scene.drawn(tmp_path, 5)
+    lines = (tmp_path / "poses.csv").read_text(encoding="utf-8").splitlines()
+    own = [k for k, title in enumerate(lines[0].split(",")) if title.endswith("@smr_right:tracker")]
+    for row in range(1, 31):
+        cells = lines[row].split(",")
+        lines[row] = ",".join("" if k in own else cell for k, cell in enumerate(cells))
+    (tmp_path / "poses.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (cause,) = scene.diagnosed(tmp_path).effects
+    assert (cause.finding.label, cause.finding.grade) == ("placement_step@tracker", "B")
+    assert cause.finding.equivalents == (("base_step", "left.base"),)
+
+
+def test_a_cause_at_an_instrument_that_no_arm_can_have_is_told_and_not_in_the_model(tmp_path: Path) -> None:
+    """The error of its owner, which no arm has, ended the diagnosis."""
+    cell = load_cell(written(tmp_path, TRACKED))
+    read = Readings(np.zeros((1, 12)), {f"position@{view}": np.ones((1, 3)) for view in FROM_TRACKER}, "")
+    (way, _) = seen_ways(cell, read)
+    entry = {"effect": "base_drift", "owner": "base", "parameters": {}}
+    found = CellFinding(Finding("base_drift", "tracker", "A", {}, 20.0, 1e-9), entry, (way.name,))
+    ways: Any = [SimpleNamespace(way=way)]
+    there, notes = with_causes(cell, read, ways, [replace(found, entry={**entry, "owner": "base"})])
+    assert there is cell
+    (note,) = notes
+    assert "base_drift" in note
+    assert "is not in model.yaml" in note
 
 
 @pytest.mark.full
