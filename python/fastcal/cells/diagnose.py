@@ -19,6 +19,7 @@ from fastcal.cells.gap import gap_of
 from fastcal.cells.moved_members import limits_of, moved_members, step_of, told_name, with_moved
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
+from fastcal.cells.sensor_ways import lengths_alone
 from fastcal.cells.since_moved import as_since
 from fastcal.cells.written import written_cell
 from fastcal.diagnosis import diagnose
@@ -30,6 +31,7 @@ from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, owner_of, place_of, places_of
 from fastcal.robot.robot_spec import Entry
+from fastcal.said import said
 
 Progress = Callable[[str], None]
 
@@ -75,11 +77,11 @@ def diagnose_cell(
             position, rotation = (since.tables.get(f"{field}@{way.name}") for field in ("position", "rotation"))
             rows = replace(rows, position=position, rotation=rotation)
 
-        def said(text: str, name: str = way.name) -> None:
+        def tell(text: str, name: str = way.name) -> None:
             notify(f"{name}: {text}")
 
         options: dict[str, Any] = {"sigma": sigma, "as_read": as_read, "mend": mend, "threads": threads}
-        found = diagnose(way.robot, rows, test=held, exclude=own, progress=said, **options)
+        found = diagnose(way.robot, rows, test=held, exclude=own, progress=tell, **options)
         if found.few:
             raise InvalidInput(found.few)
         ways.append(WayDiagnosis(way, found))
@@ -91,6 +93,8 @@ def diagnose_cell(
     written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
     notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
+    if lengths := lengths_alone(readings):
+        notes.append(said("no cause was looked for in the lengths of {views}", views=", ".join(lengths)))
     gap = gap_of(cell, written, readings, test, mend, threads)
     return CellDiagnosis(written, ways, effects, notes, gap, readings)
 

@@ -303,6 +303,11 @@ def seen_ways(cell: Cell, readings: Readings) -> list[Way]:
         if any(step.joints for step in steps):
             out.append(SensorWay(ends[0], _arms(steps), sensor=ends[1], steps=steps, stands=stands))
     out += _picture_ways(cell, readings)
+    if not out and (lengths := lengths_alone(readings)):
+        raise InvalidInput(
+            f"{', '.join(lengths)}: no cause is looked for in lengths alone; expected the position of a target as "
+            "well, such as x_mm@TARGET or x_mm@TARGET:SENSOR"
+        )
     if not out:
         read = ", ".join(readings.views) or "nothing"
         raise InvalidInput(
@@ -310,6 +315,15 @@ def seen_ways(cell: Cell, readings: Readings) -> list[Way]:
             f"x_mm@TARGET or x_mm@TARGET:SENSOR, got {read}"
         )
     return out
+
+
+def lengths_alone(readings: Readings) -> list[str]:
+    """The views of which lengths were read, and no points, in which no way is looked for."""
+    return [
+        view
+        for view in readings.views
+        if f"distance@{view}" in readings.tables and f"position@{view}" not in readings.tables
+    ]
 
 
 def _picture_ways(cell: Cell, readings: Readings) -> Iterator[Way]:

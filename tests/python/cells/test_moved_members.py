@@ -15,11 +15,11 @@ from fastcal.cells.diagnose import names_excluded, with_causes
 from fastcal.cells.diagnosis import CellFinding
 from fastcal.cells.errors import kind_errors
 from fastcal.cells.readings import Labels, Readings
-from fastcal.cells.sensor_ways import seen_ways
+from fastcal.cells.sensor_ways import lengths_alone, seen_ways
 from fastcal.cells.simulate import simulate_cell
 from fastcal.cells.since_moved import as_since
 from fastcal.diagnosis.result import Finding
-from fastcal.errors import ParseError
+from fastcal.errors import InvalidInput, ParseError
 from fastcal.io.tree_file import cell_text, load_cell
 from fastcal.io.tree_readings import load_readings
 
@@ -148,6 +148,15 @@ def test_an_arm_that_was_not_read_before_tells_nothing_of_the_tracker(tmp_path: 
     (cause,) = scene.diagnosed(tmp_path).effects
     assert (cause.finding.label, cause.finding.grade) == ("placement_step@tracker", "B")
     assert cause.finding.equivalents == (("base_step", "left.base"),)
+
+
+def test_lengths_alone_are_not_looked_at_which_is_said(tmp_path: Path) -> None:
+    cell = load_cell(written(tmp_path, TRACKED))
+    lengths = Readings(np.zeros((2, 12)), {"distance@smr_left:tracker": np.ones((2, 1))}, "")
+    with pytest.raises(InvalidInput, match="smr_left:tracker: no cause is looked for in lengths alone; expected"):
+        seen_ways(cell, lengths)
+    both = {**lengths.tables, "position@smr_right:tracker": np.ones((2, 3))}
+    assert lengths_alone(replace(lengths, tables=both)) == ["smr_left:tracker"]
 
 
 def test_a_cause_at_an_instrument_that_no_arm_can_have_is_told_and_not_in_the_model(tmp_path: Path) -> None:
