@@ -24,7 +24,7 @@ from fastcal.calibration.data_notes import (
     thin_data_notes,
     unseen_directions,
 )
-from fastcal.calibration.evaluation import judged
+from fastcal.calibration.evaluation import Evaluation, judged
 from fastcal.calibration.extrapolation_notes import range_notes
 from fastcal.calibration.freed_lenses import with_freed_lenses
 from fastcal.calibration.inspection import check_columns, check_fit, check_lengths
@@ -50,6 +50,7 @@ from fastcal.calibration.result import IdentifiedParameter as IdentifiedParamete
 from fastcal.calibration.result import Unidentifiable as Unidentifiable
 from fastcal.calibration.setups import added_setups, thrown_out
 from fastcal.calibration.shape import shape_of
+from fastcal.calibration.touch_columns import check_touches
 from fastcal.calibration.unknowns import (
     CORNERS,
     given_rig,
@@ -239,8 +240,10 @@ def calibrate(
     )
     if long is not None and rows is not None:
         train = judged_on_all(train, rows, long, result_model, **judge)
-    shrunk = [] if problem.measured.shows_scale else check_lengths(robot, table, data, as_read=as_read)
-    doubts = [*suspected, *check_fit(robot, train, as_read=as_read), *shrunk, *seen.choices]
+    asked: dict[str, Any] = {"effects": effects, "parameters": parameters, "threads": threads}
+    judged_touches = {"shows_scale": problem.measured.shows_scale, "looks": checks and long is None, "as_read": as_read}
+    of_touches = check_touched(robot, data, (table, train), **judged_touches, **asked)
+    doubts = [*suspected, *check_fit(robot, train, as_read=as_read), *of_touches, *seen.choices]
     touched = unknowns_with_covariance(found, problem.measured, len(names), covariance)
     lengths = known_lengths(start.description.known_distances, *touched)
     cameras = camera_places(problem, found, covariance, freedom, result_model) if long is None else []
@@ -314,6 +317,35 @@ def _none_of_poses(robot: Robot, effects: str | Sequence[str], parameters: Seque
             "identify; give the arm's file and its joint positions for that"
         )
     return []
+
+
+def check_touched(
+    robot: Robot,
+    data: Dataset,
+    found: tuple[Sequence[IdentifiedParameter], Evaluation],
+    *,
+    shows_scale: bool,
+    looks: bool,
+    as_read: bool,
+    **options: Any,
+) -> list[str]:
+    """`check_lengths` of a calibration, where nothing shows a scale, and `check_touches`, where one looks.
+
+    Args:
+        robot: As it came.
+        data: What was read.
+        found: What was identified, and its errors.
+        shows_scale: Shows what was read the scale of all lengths?
+        looks: Are other readings of the columns tried?
+        as_read: Tell instead of refusing.
+        options: Of `calibrate`.
+    """
+
+    def refit(other: Dataset) -> Evaluation:
+        return calibrate(robot, data=other, as_read=True, checks=False, **options).train
+
+    shrunk = [] if shows_scale else check_lengths(robot, found[0], data, as_read=as_read)
+    return [*shrunk, *(check_touches(robot, data, found[1], refit, as_read=as_read) if looks else [])]
 
 
 def _fitted(

@@ -109,17 +109,17 @@ def _beyond(misfit: FloatArray, times: float) -> NDArray[np.bool_]:
 
 def _misfits(A: FloatArray, S: FloatArray, used: NDArray[np.intp]) -> FloatArray:
     """(B, N) of all poses, with X and Y of each of the subsets used (B, m); 1 rad counts as 1 m."""
-    X, Y = _solved(A[used], S[used])
+    X, Y = solved_sets(A[used], S[used])
     return np.asarray(np.linalg.norm(A @ X[:, np.newaxis] @ S - Y[:, np.newaxis], axis=(2, 3)))
 
 
 def solved_alike(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(4, 4) X and Y, all poses (N, 4, 4) alike."""
-    X, Y = _solved(A[np.newaxis], S[np.newaxis])
+    X, Y = solved_sets(A[np.newaxis], S[np.newaxis])
     return X[0], Y[0]
 
 
-def _solved(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
+def solved_sets(A: FloatArray, S: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(B, 4, 4) X and Y of sets of poses (B, m, 4, 4), those of a set alike."""
     RA, RS = A[..., :3, :3], S[..., :3, :3]
     # vec (column by column) of R_A R_X R_S = R_Y: kron(R_S^T, R_A) vec(R_X) = vec(R_Y).

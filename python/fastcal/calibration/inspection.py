@@ -52,7 +52,7 @@ def check_columns(robot: Robot, data: Dataset, *, as_read: bool = False) -> list
         return notes
     if as_read or not suspicion.refused:
         return [*notes, suspicion.message]
-    raise InvalidInput(_refused(data, suspicion.message))
+    raise InvalidInput(refused(data, suspicion.message))
 
 
 def _assembled(robot: Robot, q: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -63,7 +63,8 @@ def _assembled(robot: Robot, q: FloatArray) -> tuple[FloatArray, NDArray[np.bool
     return np.asarray(robot.error_model.predict(closed, robot.error_model.start)), fits
 
 
-def _refused(data: Dataset, message: str) -> Said:
+def refused(data: Dataset, message: str) -> Said:
+    """A sentence on columns that may be taken as they are all the same."""
     return joined("", [f"{data.source}: ", joined("; ", [message, ACCEPT])])
 
 
@@ -101,7 +102,7 @@ def check_fit(robot: Robot, fit: Evaluation, *, as_read: bool = False) -> list[s
         message for message in (_far_points(robot, fit), _far_orientations(fit), _far_corners(robot, fit)) if message
     ]
     if messages and not as_read:
-        raise InvalidInput(_refused(fit.data, messages[0]))
+        raise InvalidInput(refused(fit.data, messages[0]))
     return messages or _another_arm(robot, fit) or _another_arm_in_pictures(robot, fit)
 
 
@@ -131,7 +132,7 @@ def check_lengths(
         reach=reach,
     )
     if not as_read:
-        raise InvalidInput(_refused(data, message))
+        raise InvalidInput(refused(data, message))
     return [message]
 
 

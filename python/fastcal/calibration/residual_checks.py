@@ -120,9 +120,10 @@ def _without_part(
     rows = np.setdiff1d(np.arange(count), shift.kept(count))
     rest = without_measured(problem.data, rows)
     all_rows = Cleared(problem, found, problem, notes=[shift_note(shift, count, kind, is_used=True)])
-    if problem.loss == "none":
+    measured = measurements(rest, problem.robot)
+    if problem.loss == "none" or len(measured.parameters) < problem.unknown_count:  # a socket of these rows alone
         return all_rows
-    part = problem.with_(data=rest, measured=measurements(rest, problem.robot))
+    part = problem.with_(data=rest, measured=measured)
     again = refit(part)
     left = near_fit(problem, again)
     if again.status != "converged" or left is None or len(again.free) < len(found.free):

@@ -20,6 +20,7 @@ from fastcal import _core
 from fastcal.calibration.alignment import measurements
 from fastcal.calibration.kind_noise import noise_by_kind, scaled
 from fastcal.calibration.rarest_labels import with_rarest
+from fastcal.calibration.touch_columns import another_radius
 from fastcal.calibration.touch_starts import LOST, What, starts
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.measurements.dataset import Dataset
@@ -28,6 +29,7 @@ from fastcal.robot.calibration_record import lower_root
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import frame_spec
 from fastcal.robot.se3 import inverse
+from fastcal.said import joined, said
 from fastcal.units import from_si, to_si
 
 FloatArray = NDArray[np.float64]
@@ -39,8 +41,7 @@ _HALF = 0.975  # of an interval that holds 95 %
 _STEP = 1e-6  # [m, rad] of a difference
 _MISSED = 0.25  # of how far points lie about their middle: a place that misses half of them by more is none
 _FEWEST_POINTS = 3
-_ANOTHER = 0.1  # of a radius: one that differs by more was misunderstood and not mismeasured
-_FAR_BETTER = 5.0  # times: so much better another reading of a column has to fit, as `column_check` has it
+_FIND = said("--find-radius (in Python find_radius=True) finds the radius")
 _ROUNDS = 30  # of the radius of a sphere
 _AT_REST = 1e-8  # [m] less of a step of it is none
 
@@ -301,13 +302,8 @@ def _check_radius(
         float(np.sqrt(np.nanmean(_left(start.error_model, start.samples(of), measurements(of, start), fit.theta) ** 2)))
         for of, fit in ((data, found), (near, better))
     ]
-    if abs(radius - given) > _ANOTHER * given and rms[0] > _FAR_BETTER * rms[1]:
-        raise InvalidInput(
-            f"{data.source}: distance_mm is {from_si(given, 'mm'):.4g}, which the touches miss by "
-            f"{from_si(rms[0], 'mm'):.4g} mm RMS; a sphere of radius {from_si(radius, 'mm'):.4g} mm they miss by "
-            f"{from_si(rms[1], 'mm'):.4g} mm; is it a diameter, or without the radius of the tip's ball? --find-radius "
-            "(in Python find_radius=True) finds the radius"
-        )
+    if (other := another_radius(given, rms[0], radius, rms[1])) is not None:
+        raise InvalidInput(joined("", [f"{data.source}: ", joined("; ", [other, _FIND])]))
 
 
 def _left(

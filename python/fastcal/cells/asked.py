@@ -41,6 +41,7 @@ def asked_parameters(
     where its first arm stands.
     """
     core, parameters = cell.core, cell.core.parameters
+    readings = readings.of_frames(cell)
     between = _frames_between(core, readings.sights(cell))
     kinds = [name.partition("@") for name in readings.tables]
     turned = {view.partition(":")[0] for kind, _, view in kinds if kind == "rotation"}

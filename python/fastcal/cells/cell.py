@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fastcal import _core
 from fastcal.calibration.moving_rig import gravity_of
+from fastcal.cells.knocked import name_before, pose_before, relative_before
 from fastcal.effects import registered
 from fastcal.effects.entries import extra_columns, label, table_width
 from fastcal.effects.values import parameter_values
@@ -24,6 +25,7 @@ from fastcal.robot.identified_spec import Values, identified_spec
 from fastcal.robot.rig import core_rig, with_found
 from fastcal.robot.robot import Robot
 from fastcal.robot.robot_spec import Spec, frame_spec
+from fastcal.robot.se3 import inverse
 from fastcal.units import to_si
 
 FloatArray = NDArray[np.float64]
@@ -75,6 +77,8 @@ class Point:
         role: target or sensor.
         on: `world`, or a frame of an arm.
         place: {xyz_mm, rpy_deg} on that frame.
+        knocked: {at_row, before_mm, before_deg}: that it stood elsewhere before a row, relative to its place since, as
+            a camera may; None: it did not.
     """
 
     name: str
@@ -82,6 +86,15 @@ class Point:
     on: str
     place: Spec
     known: Known = Known()
+    knocked: Spec | None = None
+
+    @property
+    def before(self) -> Point | None:
+        """Where it stood before it was knocked, as a frame of its own; None where it was not knocked."""
+        if self.knocked is None:
+            return None
+        place = frame_spec(pose(self.place) @ pose_before(self.knocked))
+        return Point(name_before(self.name, self.knocked["at_row"]), self.role, self.on, place)
 
 
 @dataclass(frozen=True)
@@ -150,8 +163,18 @@ class Cell:
         """The tree of all frames. InvalidInput where something stands on nothing, or on itself."""
         size: dict[str, Any] = {"sigma_position": to_si(SIGMA_MM, "mm"), "sigma_rotation": to_si(SIGMA_DEG, "deg")}
         arms = [_core.Member(name=arm.name, on=arm.on, robot=arm.robot.core, **size) for arm in self.arms]
-        points = [_core.Member(name=of.name, on=of.on, T_on_frame=pose(of.place), **size) for of in self.points]
+        points = [_core.Member(name=of.name, on=of.on, T_on_frame=pose(of.place), **size) for of in self.frames]
         return _core.join([*arms, *points])
+
+    @property
+    def knocked_rows(self) -> dict[str, int]:
+        """From which row on a point stands where it does, of those that were knocked."""
+        return {of.name: int(of.knocked["at_row"]) for of in self.points if of.knocked is not None}
+
+    @property
+    def frames(self) -> list[Point]:
+        """Its points, and behind them those that were knocked as they stood before."""
+        return [*self.points, *(before for of in self.points if (before := of.before) is not None)]
 
     @cached_property
     def model(self) -> _core.ErrorModel:
@@ -209,7 +232,7 @@ class Cell:
 
     def known(self, name: str) -> Known:
         """How surely it is known where a branch stands."""
-        members: list[Arm | Point] = [*self.arms, *self.points]
+        members: list[Arm | Point] = [*self.arms, *self.frames]
         return next(of.known for of in members if of.name == name)
 
     def with_rig(self, unknowns: Sequence[_core.Parameter], values: FloatArray, std: FloatArray) -> Cell:
@@ -237,5 +260,11 @@ class Cell:
             stay = np.array_equal(effects, before)
             return replace(arm, robot=robot.with_(effects=arm.robot.entries) if robot.entries and stay else robot)
 
-        points = tuple(replace(of, place=frame_spec(places[of.name])) for of in self.points)
-        return replace(self, arms=tuple(map(arm_there, self.arms)), points=points)
+        def point_there(of: Point) -> Point:
+            T, before = places[of.name], of.before
+            if before is None or of.knocked is None:
+                return replace(of, place=frame_spec(T))
+            knocked = {**of.knocked, **relative_before(inverse(T) @ places[before.name])}
+            return replace(of, place=frame_spec(T), knocked=knocked)
+
+        return replace(self, arms=tuple(map(arm_there, self.arms)), points=tuple(map(point_there, self.points)))

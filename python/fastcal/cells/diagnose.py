@@ -9,25 +9,29 @@ that begins on an arm, what follows a joint slowly: there the weights of links b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from fastcal.cells.cell import Cell
-from fastcal.cells.diagnosis import CellDiagnosis, CellFinding, WayDiagnosis
+from fastcal.cells.diagnosis import CellDiagnosis, CellFinding, Step, WayDiagnosis
 from fastcal.cells.gap import gap_of
+from fastcal.cells.moved_members import limits_of, moved_members, step_of, told_name, with_moved
 from fastcal.cells.paths import Way
 from fastcal.cells.readings import Readings
+from fastcal.cells.sensor_ways import lengths_alone
+from fastcal.cells.since_moved import as_since
 from fastcal.cells.written import written_cell
 from fastcal.diagnosis import diagnose
 from fastcal.diagnosis.reasons import Reason
 from fastcal.diagnosis.result import Finding
-from fastcal.effects.entries import label, options_of, traits_of
-from fastcal.effects.rig_traits import RIG_TRAITS
+from fastcal.effects.entries import effect_names, label, options_of, traits_of
+from fastcal.effects.rig_traits import PLACEMENT_STEP, RIG_TRAITS
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
 from fastcal.place import Place, owner_of, place_of, places_of
 from fastcal.robot.robot_spec import Entry
+from fastcal.said import said
 
 Progress = Callable[[str], None]
 
@@ -66,31 +70,36 @@ def diagnose_cell(
     """
     notify = progress or (lambda text: None)
     readings = readings.in_order
-    names = _excluded([way for way, _, _ in data], exclude)
-    ways = []
+    names = names_excluded([way for way, _, _ in data], exclude)
+    ways, since = [], as_since(cell, readings)
     for (way, rows, held), own in zip(data, names, strict=True):
+        if since is not readings:  # of what the file says was moved
+            position, rotation = (since.tables.get(f"{field}@{way.name}") for field in ("position", "rotation"))
+            rows = replace(rows, position=position, rotation=rotation)
 
-        def said(text: str, name: str = way.name) -> None:
+        def tell(text: str, name: str = way.name) -> None:
             notify(f"{name}: {text}")
 
         options: dict[str, Any] = {"sigma": sigma, "as_read": as_read, "mend": mend, "threads": threads}
-        found = diagnose(way.robot, rows, test=held, exclude=own, progress=said, **options)
+        found = diagnose(way.robot, rows, test=held, exclude=own, progress=tell, **options)
         if found.few:
             raise InvalidInput(found.few)
         ways.append(WayDiagnosis(way, found))
-    effects = _merged(ways, bool(exclude))
+    effects = _merged(ways, moved_members(ways, readings), bool(exclude))
     notify("calibrating the cell with the effects found")
-    with_effects, notes = _with_effects(cell, readings, ways, effects)
+    with_effects, notes = with_causes(cell, readings, ways, effects)
     is_sure = all(of.finding.grade != "C" for of in effects)
     given: dict[str, Any] = {"exclude": exclude, "mend": mend, "threads": threads}
     written, instead = written_cell(cell, with_effects, readings, is_sure=is_sure, **given)
     notes += instead
     notes += [f"{each.way.name}: {note}" for each in ways for note in each.found.notes]
+    if lengths := lengths_alone(readings):
+        notes.append(said("no cause was looked for in the lengths of {views}", views=", ".join(lengths)))
     gap = gap_of(cell, written, readings, test, mend, threads)
     return CellDiagnosis(written, ways, effects, notes, gap, readings)
 
 
-def _excluded(ways: Sequence[Way], exclude: Collection[str]) -> list[list[str]]:
+def names_excluded(ways: Sequence[Way], exclude: Collection[str]) -> list[list[str]]:
     """Of each way the names that it is not to give, as its own arm calls them."""
     out = [list(way.not_tried) for way in ways]
     for name in exclude:
@@ -99,6 +108,12 @@ def _excluded(ways: Sequence[Way], exclude: Collection[str]) -> list[list[str]]:
         for way, own in zip(ways, out, strict=True):
             local = {way.owner(str(of)): str(of) for of in _places(way)}
             local |= {way.owner(of): of for of in ("base", "tool", "payload", "robot", "structure")}
+            local |= {str(Place(way.root, "base", 0)): "base"} if way.root else {}
+            if effect == PLACEMENT_STEP and not way.seeing:
+                steps = [(step, of) for step in effect_names() if (of := step_of(step)) in ("base", "tool")]
+                ends = {"base": way.instrument, "tool": way.target.name}
+                own += [f"{step}@{of}" for step, of in steps if not at or ends[of] == owner]
+                hit = hit or owner in ends.values()
             if effect in RIG_TRAITS:
                 local = {of: of for of in way.seeing}
             if not at:
@@ -120,36 +135,34 @@ def _places(way: Way) -> list[Place]:
     return [Place("", kind, k) for kind in ("joint", "link") for k in own]
 
 
-def _merged(ways: Sequence[WayDiagnosis], excluded: bool) -> list[CellFinding]:
+def _merged(ways: Sequence[WayDiagnosis], moved: Mapping[int, Step], excluded: bool) -> list[CellFinding]:
     """The findings of all ways, those of one name as one; `excluded`: were names not to be given?"""
     named: dict[tuple[str, str, float | None], list[tuple[WayDiagnosis, Finding]]] = {}
     for each in ways:
         for finding in each.found.effects:
-            order = finding.parameters.get("order")
-            key = (
-                each.way.told(finding.effect),
-                each.way.owner(finding.owner),
-                None if order is None else round(order.value, 1),
-            )
+            order, step = finding.parameters.get("order"), moved.get(id(finding))
+            apart = step.first if step is not None else None if order is None else round(order.value, 1)
+            effect, owner = step.name if step is not None else told_name(each.way, finding.effect, finding.owner)
+            key = (effect, owner, apart)
             named.setdefault(key, []).append((each, finding))
     out = []
     for (effect, owner, _), found in named.items():
         clearest, finding = max(found, key=lambda of: of[1].snr)
+        steps = tuple(moved[id(of)] for _, of in found if id(of) in moved)
         seen = [each.way.name for each, _ in found]
         others = [
             e.way.name
             for e in ways
             if _moves(e.way, owner) and e.way.name not in seen and not _likens(e, effect, owner)
         ]
-        alike = [{(each.way.told(e), each.way.owner(o)) for e, o in of.equivalents} for each, of in found]
-        equivalents = [(clearest.way.told(e), clearest.way.owner(o)) for e, o in finding.equivalents]
-        equivalents = [of for of in equivalents if all(of in own for own in alike)]
+        alike = [_alike(each.way, of, moved) for each, of in found]
+        equivalents = [of for of in _alike(clearest.way, finding, moved) if all(of in own for own in alike)]
         weighs = all(_is_like_weights(each.way, of) for each, of in found)
-        limits = finding.limits
+        limits = limits_of(finding, moved)
         if clearest.way.not_tried and not excluded:  # which `weighs` judges
             limits = tuple(of for of in limits if of.reason != Reason.NAMES_EXCLUDED)
         is_sure = finding.grade == "A" or (finding.grade == "B" and not limits)
-        grade = ("B" if others or weighs else "A") if is_sure else finding.grade
+        grade = ("B" if others or weighs or limits else "A") if is_sure else finding.grade
         parameters = {clearest.way.told(name): value for name, value in finding.parameters.items()}
         told = replace(
             finding,
@@ -162,8 +175,14 @@ def _merged(ways: Sequence[WayDiagnosis], excluded: bool) -> list[CellFinding]:
         )
         entry = next((of for of in clearest.found.model.entries if finding.is_of(of)), None)
         entry = None if entry is None or not finding.in_model else clearest.way.told_entry(entry)
-        out.append(CellFinding(told, entry, tuple(seen), tuple(others), weighs))
+        out.append(CellFinding(told, entry, tuple(seen), tuple(others), weighs, steps))
     return sorted(out, key=lambda of: -of.finding.snr)
+
+
+def _alike(way: Way, finding: Finding, moved: Mapping[int, Step]) -> list[tuple[str, str]]:
+    """What does as well as a finding of a way."""
+    step = moved.get(id(finding))
+    return [*(told_name(way, *of) for of in finding.equivalents), *(() if step is None else step.alike)]
 
 
 def _is_like_weights(way: Way, finding: Finding) -> bool:
@@ -179,17 +198,18 @@ def _is_like_weights(way: Way, finding: Finding) -> bool:
 
 
 def _moves(way: Way, owner: str) -> bool:
-    """Is an owner of the cell on a way?"""
+    """Is an owner of the cell on a way, or at an end of it?"""
+    if not way.seeing and owner in (way.instrument, way.target.name):
+        return True
     return {place.arm for place in places_of(owner)} <= {arm.name for arm in way.arms}
 
 
 def _likens(each: WayDiagnosis, effect: str, owner: str) -> bool:
     """Would a name do as well as one that a way gives?"""
-    way = each.way
-    return any((effect, owner) == (way.told(e), way.owner(o)) for f in each.found.effects for e, o in f.equivalents)
+    return any((effect, owner) == told_name(each.way, *of) for f in each.found.effects for of in f.equivalents)
 
 
-def _with_effects(
+def with_causes(
     cell: Cell, readings: Readings, ways: Sequence[WayDiagnosis], effects: Sequence[CellFinding]
 ) -> tuple[Cell, list[str]]:
     """The cell whose arms have the causes that are sure; notes on those that its postures cannot tell."""
@@ -203,6 +223,10 @@ def _with_effects(
             if of.finding.effect in RIG_TRAITS:
                 cell = seeing.mended(cell, of.finding.owner)
             continue
+        if of.steps:
+            cell, note = with_moved(cell, of, readings)
+            notes += [note] if note else []
+            continue
         of_one = len({place.arm for place in places}) == 1
         if len(way.arms) > 1 and not (of_one and _can_be_of_an_arm(of.entry)):
             notes.append(
@@ -210,10 +234,10 @@ def _with_effects(
             )
             continue
         own: Entry = {**of.entry, "owner": owner_of(replace(place, arm="") for place in places)}
-        there = arm.robot.with_(effects=[*cell.arm(arm.name).robot.entries, own])
-        arms = tuple(replace(each, robot=there) if each.name == arm.name else each for each in cell.arms)
-        tried = replace(cell, arms=arms)
         try:
+            there = arm.robot.with_(effects=[*cell.arm(arm.name).robot.entries, own])
+            arms = tuple(replace(each, robot=there) if each.name == arm.name else each for each in cell.arms)
+            tried = replace(cell, arms=arms)
             tried.model  # noqa: B018  which says whether it can be in a cell
             readings.samples(tried)  # and this whether these postures have what it needs
         except InvalidInput as error:

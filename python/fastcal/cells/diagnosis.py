@@ -53,6 +53,27 @@ class WayDiagnosis:
 
 
 @dataclass(frozen=True, eq=False)
+class Step:
+    """That something moved at one moment, as one way found it, and what the cell calls it.
+
+    Attributes:
+        begins: Is it what the way begins at, and not its target?
+        moment: At which [s], or from which row on.
+        name: Effect and owner.
+        alike: What else it may have been.
+        first: The moment of the first of the same in all ways, by which two of one member are told apart.
+    """
+
+    each: WayDiagnosis
+    finding: Finding
+    begins: bool
+    moment: float
+    name: tuple[str, str] = ("", "")
+    alike: tuple[tuple[str, str], ...] = ()
+    first: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
 class CellFinding:
     """A cause, its owner as the cell calls it.
 
@@ -61,6 +82,7 @@ class CellFinding:
         entry: Of that way's model; None where it is not in there.
         seen_by: Targets whose readings name it.
         not_seen_by: Targets that its place moves too, and whose readings do not.
+        steps: Of all ways that find it, where it is that a member of the cell was moved.
         like_weights: Could what the weights of links do, seen from an arm that moves, look like it?
     """
 
@@ -69,6 +91,7 @@ class CellFinding:
     seen_by: tuple[str, ...]
     not_seen_by: tuple[str, ...] = ()
     like_weights: bool = False
+    steps: tuple[Step, ...] = ()
 
     @property
     def doubts(self) -> list[Said]:

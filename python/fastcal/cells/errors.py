@@ -15,6 +15,7 @@ from fastcal.arrays import FloatArray
 from fastcal.calibration.kind_errors import KindErrors, table
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell
+from fastcal.cells.knocked import name_since
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
 from fastcal.measurements.kinds import Kind, of_observation
@@ -86,10 +87,17 @@ def _numbers(cell: Cell, readings: Readings) -> dict[Kind, FloatArray]:
 
 def _views(cell: Cell, readings: Readings) -> dict[str, tuple[Kind, FloatArray]]:
     """Kind and numbers (N, readings, c) of each view; corners of each camera and board are one."""
+    readings = readings.of_frames(cell)
     model, measured = cell.model, readings.measured(cell)
     as_it_is = np.append(np.asarray(model.start), unknowns_as_they_are(cell, readings))
     r = np.asarray(_core.residuals(model, readings.samples(cell), measured, as_it_is))
-    out = {}
+    out = dict[str, tuple[Kind, FloatArray]]()
+
+    def add(name: str, kind: Kind, numbers: FloatArray) -> None:
+        """To what was read of the same point before or since it was knocked."""
+        name = name_since(name)
+        out[name] = (kind, np.where(np.isnan(out[name][1]), numbers, out[name][1]) if name in out else numbers)
+
     for of in measured.observations:
         if of.is_known:
             continue
@@ -98,7 +106,7 @@ def _views(cell: Cell, readings: Readings) -> dict[str, tuple[Kind, FloatArray]]
         if of.field != CORNERS:
             views = [of.name] if "@" in of.name else [f"{of.name}@{view}" for view in readings.touched_by(kind.name)]
             for k, name in enumerate(views):
-                out[name] = (kind, part if len(views) == 1 else part[:, k : k + 1])
+                add(name, kind, part if len(views) == 1 else part[:, k : k + 1])
             continue
         for (camera, board), corners in pictures(cell).items():
             out[f"{kind.name}@{board}:{camera}"] = (kind, part[:, corners])

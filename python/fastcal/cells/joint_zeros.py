@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from fastcal.calibration.board_poses import board_poses
-from fastcal.calibration.hand_eye import solved_alike
+from fastcal.calibration.hand_eye import solved_sets
 from fastcal.calibration.lens_start import with_started_lenses
 from fastcal.calibration.moving_rig import frames_of
 from fastcal.calibration.unknowns import CORNERS
@@ -52,6 +52,7 @@ _MOST_TURNS = 4.0  # times the least misfit of turns: signs beyond are ruled out
 _SAME = float(to_si(3.0, "deg"))  # between zeros of one solution
 _BEYOND = float(to_si(10.0, "deg"))  # of a limit: a motor's own zero is no better known
 _WRONG = float(to_si(5.0, "deg"))  # of misfit: no signs and zeros fit
+_STEP = 1e-7  # [rad] of differences
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,21 +125,25 @@ def joint_zeros(robot: Robot, data: Dataset, *, progress: Callable[[str], None] 
     random = np.random.default_rng(0)
     starts = random.uniform(-np.pi, np.pi, (STARTS, len(free)))
     starts[0] = 0.0
-    report("trying signs by the turns alone")
-    all_signs = [np.array(signs) for signs in product((1.0, -1.0), repeat=robot.core.joint_count)]
-    by_turns = [_searched(_Misfit(robot, views, sign, free, turns_alone=True), starts)[0] for sign in all_signs]
-    limit = _MOST_TURNS * max(min(by_turns), 1e-3)
-    report("finding the zeros")
+    signs = [np.array(each) for each in product((1.0, -1.0), repeat=robot.core.joint_count)]
     found: list[tuple[float, FloatArray, FloatArray]] = []
-    for sign, cost in zip(all_signs, by_turns, strict=True):
-        if cost <= limit:
+    least = 0.0
+    if not is_touched:  # which show no turn alone
+        report("trying signs by the turns alone")
+        by_turns = [_searched(_Misfit(robot, views, sign, free, turns_alone=True), starts)[0] for sign in signs]
+        least = min(by_turns)  # and with the places no less
+        limit = _MOST_TURNS * max(least, 1e-3)
+        signs = [sign for sign, cost in zip(signs, by_turns, strict=True) if cost <= limit]
+    if least <= _ARM * _WRONG:
+        report("finding the zeros")
+        for sign in signs:
             found += _solutions(robot, views, sign, free, starts)
-    found.sort(key=lambda of: of[0])
-    least = found[0][0]
+        found.sort(key=lambda of: of[0])
+        least = found[0][0]
     if least > _ARM * _WRONG:
         raise Undetermined(
             f"{data.source}: no signs and zeros of the joints fit the {'touches' if is_touched else 'pictures'}: they "
-            f"leave {from_si(least, 'mm'):.0f} mm; are the joints in the order of the robot file, and the "
+            f"leave {from_si(least, 'mm'):.0f} mm or more; are the joints in the order of the robot file, and the "
             f"{'labels' if is_touched else 'pictures'} of these rows?"
         )
     alike = [of for of in found if of[0] <= ALIKE * least]
@@ -159,25 +164,26 @@ class _View:
     S: FloatArray
     on: str
 
-    def misfits(self, robot: Robot, sign: FloatArray, zero: FloatArray, *, turns_alone: bool) -> FloatArray:
-        """(N, 6) by which F X S is away from Y in each picture: shifts [m], and turns times 0.3 m; or turns (N, 3)."""
-        F = frames_of(robot, np.ascontiguousarray(self.counts * sign + zero), self.on)
-        X, Y = solved_alike(F, self.S)
-        E = np.linalg.inv(Y) @ F @ X @ self.S
-        R = E[:, :3, :3]
-        turn = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1) / 2
+    def misfits(self, robot: Robot, sign: FloatArray, zeros: FloatArray, *, turns_alone: bool) -> FloatArray:
+        """(B, N, 6) by which F X S is away from Y: shifts [m], and turns times 0.3 m; or turns alone (B, N, 3)."""
+        q = self.counts * sign + zeros[:, np.newaxis]
+        F = frames_of(robot, np.ascontiguousarray(q.reshape(-1, q.shape[2])), self.on).reshape(*q.shape[:2], 4, 4)
+        X, Y = solved_sets(F, np.broadcast_to(self.S, F.shape))
+        E = np.linalg.inv(Y)[:, np.newaxis] @ F @ X[:, np.newaxis] @ self.S
+        R = E[..., :3, :3]
+        turn = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], -1) / 2
         # Beyond a quarter turn the sine falls again: 1 - cos keeps large turns large.
-        away = np.sqrt(np.maximum(3 - np.trace(R, axis1=1, axis2=2), 0.0) + 1e-30)
-        size = np.linalg.norm(turn, axis=1)
-        turn *= (away / np.maximum(size, 1e-9))[:, np.newaxis] * np.where(size > 0, 1.0, 0.0)[:, np.newaxis]
-        return _ARM * turn if turns_alone else np.hstack([E[:, :3, 3], _ARM * turn])
+        away = np.sqrt(np.maximum(3 - np.trace(R, axis1=-2, axis2=-1), 0.0) + 1e-30)
+        size = np.linalg.norm(turn, axis=-1)
+        turn *= (away / np.maximum(size, 1e-9) * (size > 0))[..., np.newaxis]
+        return _ARM * turn if turns_alone else np.concatenate([E[..., :3, 3], _ARM * turn], axis=-1)
 
 
 class _Shown(Protocol):
     """What shows signs and zeros."""
 
-    def misfits(self, robot: Robot, sign: FloatArray, zero: FloatArray, *, turns_alone: bool) -> FloatArray:
-        """(N, m) of its rows [m]."""
+    def misfits(self, robot: Robot, sign: FloatArray, zeros: FloatArray, *, turns_alone: bool) -> FloatArray:
+        """(B, N, m) of its rows [m] with each of the zeros (B, n)."""
         ...
 
 
@@ -207,7 +213,7 @@ def _views(robot: Robot, data: Dataset) -> list[_View]:
 
 @dataclass(frozen=True, eq=False)
 class _Misfit:
-    """(N, m) of what was seen or touched, by the zeros of the joints `free`; of pictures the turns alone."""
+    """What was seen or touched is off, by the zeros of the joints `free`; of pictures the turns alone."""
 
     robot: Robot
     views: Sequence[_Shown]
@@ -216,18 +222,31 @@ class _Misfit:
     turns_alone: bool = False
 
     def __call__(self, z: FloatArray) -> FloatArray:
-        zero = np.zeros(len(self.sign))
-        zero[self.free] = z
-        parts = [view.misfits(self.robot, self.sign, zero, turns_alone=self.turns_alone) for view in self.views]
-        return np.concatenate(parts)
+        """(N, m) with zeros (k,)."""
+        return np.asarray(self._of(z[np.newaxis])[0])
+
+    def slopes(self, z: FloatArray) -> FloatArray:
+        """(N m, k) of z, by differences, in one go."""
+        ways = np.vstack([np.zeros(len(z)), np.eye(len(z))])
+        here, *there = self._of(z + _STEP * ways).reshape(len(ways), -1)
+        return np.asarray((np.array(there) - here).T / _STEP)
+
+    def _of(self, z: FloatArray) -> FloatArray:
+        zeros = np.zeros((len(z), len(self.sign)))
+        zeros[:, self.free] = z
+        parts = [view.misfits(self.robot, self.sign, zeros, turns_alone=self.turns_alone) for view in self.views]
+        out: FloatArray = np.concatenate(parts, axis=1)
+        return out
 
 
-def _searched(misfits: Callable[[FloatArray], FloatArray], starts: FloatArray) -> tuple[float, FloatArray]:
+def _searched(misfits: _Misfit, starts: FloatArray) -> tuple[float, FloatArray]:
     """The least RMS misfit of a row over starts, and where."""
     best, at = np.inf, starts[0]
+    how: dict[str, Any] = {"method": "lm", "xtol": 1e-6, "ftol": 1e-6, "max_nfev": 60}
+    rows = len(misfits(starts[0]))
     for start in starts:
-        found = least_squares(lambda z: misfits(z).ravel(), start, method="lm", xtol=1e-6, ftol=1e-6, max_nfev=60)
-        cost = float(np.sqrt(2 * found.cost / len(misfits(found.x))))
+        found = least_squares(lambda z: misfits(z).ravel(), start, jac=misfits.slopes, **how)
+        cost = float(np.sqrt(2 * found.cost / rows))
         if cost < best:
             best, at = cost, found.x
     return best, at
@@ -255,12 +274,8 @@ def _outside(robot: Robot, data: Dataset, sign: FloatArray, zero: FloatArray) ->
     return int(np.sum(beyond[1:-1]))
 
 
-def _deviations(misfits: Callable[[FloatArray], FloatArray], z: FloatArray) -> FloatArray:
+def _deviations(misfits: _Misfit, z: FloatArray) -> FloatArray:
     """Standard deviations of zeros from what the best fit leaves."""
-    step = 1e-5
-    r = misfits(z).ravel()
-    J = np.column_stack(
-        [(misfits(z + step * e).ravel() - misfits(z - step * e).ravel()) / (2 * step) for e in np.eye(len(z))]
-    )
+    r, J = misfits(z).ravel(), misfits.slopes(z)
     freedom = max(1, len(r) - len(z) - 12)
     return np.asarray(np.sqrt(np.diag(np.linalg.pinv(J.T @ J)) * (r @ r) / freedom))

@@ -28,6 +28,7 @@ from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell
 from fastcal.cells.errors import is_of_rig, unknowns_as_they_are
 from fastcal.cells.evidence import Near, joint_zeros
+from fastcal.cells.knocked import name_since
 from fastcal.cells.motions import carried, motions_of_world, stands_at, turned
 from fastcal.cells.readings import Readings
 from fastcal.cells.records import JOINTS
@@ -222,6 +223,8 @@ def suspects(cell: Cell, parameters: list[_core.Parameter]) -> Iterable[tuple[st
 
     arms = {arm.name for arm in cell.arms}
     for branch in cell.core.branches:
+        if name_since(branch.name) != branch.name:  # where a member stood before
+            continue
         name = f"{branch.name}.base" if branch.name in arms else branch.name
         yield name, columns(range(branch.first_parameter, branch.first_parameter + len(PLACEMENT)))
     for kind, members in (("camera", cell.cameras), ("board", cell.boards)):

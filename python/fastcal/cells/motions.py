@@ -119,7 +119,7 @@ def _of_branches(cell: Cell, theta: FloatArray) -> list[FloatArray]:
 
 def _twists(cell: Cell) -> dict[int, FloatArray]:
     """(6, 6) the motion in the world per parameter of the place of each branch on it, by its first parameter."""
-    members: list[Arm | Point] = [*cell.arms, *cell.points]
+    members: list[Arm | Point] = [*cell.arms, *cell.frames]
     on_world = {of.name for of in members if of.on == "world"}
     twists = _of_branches(cell, np.asarray(cell.core.nominal))
     branches = zip(cell.core.branches, twists, strict=True)

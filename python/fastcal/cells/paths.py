@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Arm, Cell, Point
 from fastcal.cells.readings import Readings
 from fastcal.conversion.joined import joined
@@ -57,6 +58,26 @@ class Way:
     def seeing(self) -> tuple[str, ...]:
         """The camera and the board of pictures."""
         return ()
+
+    @property
+    def instrument(self) -> str:
+        """What the target is read from."""
+        return "world"
+
+    @property
+    def stacked(self) -> tuple[Arm, ...]:
+        """The arms from where the way begins on, each on the one before; none where it begins on an arm's own frame."""
+        return self.arms
+
+    @property
+    def root(self) -> str:
+        """The arm whose base stands where the way begins; empty where there is none."""
+        return self.stacked[0].name if self.stacked else ""
+
+    @property
+    def axes(self) -> FloatArray:
+        """(3, 3) rotation of what the way begins at, in the frame that the root stands on."""
+        return np.eye(3)
 
     @property
     def folder(self) -> str:

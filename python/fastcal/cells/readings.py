@@ -15,6 +15,7 @@ from fastcal.arrays import FloatArray, IntArray
 from fastcal.calibration.moving_rig import Postures, moving_rig
 from fastcal.calibration.unknowns import CORNERS
 from fastcal.cells.cell import Cell, Distance
+from fastcal.cells.knocked import views_apart
 from fastcal.errors import InvalidInput
 from fastcal.measurements.conditions import condition_columns
 from fastcal.measurements.dataset import Dataset
@@ -138,11 +139,32 @@ class Readings:
 
     def measured(self, cell: Cell) -> _core.Measurements:
         """What was read, for the core. InvalidInput where it names a frame that the cell does not have."""
-        tables = dict(self.tables)
+        there = self.of_frames(cell)
+        tables = dict(there.tables)
         for known in cell.distances:
             tables |= known_tables(cell, known, len(self))
-        labels = {name: (of.codes, list(of.names)) for name, of in self.labels.items()}
+        labels = {name: (of.codes, list(of.names)) for name, of in there.labels.items()}
         return _core.Measurements(cell.core, len(self), tables, labels, self._rig(cell))
+
+    def of_frames(self, cell: Cell) -> Readings:
+        """The same by the frames of the tree: what was read of a point before it was knocked is of another frame."""
+        rows = cell.knocked_rows
+        if not rows or self.row is None:
+            return self
+        tables, labels = dict[str, FloatArray](), dict[str, Labels]()
+        for name, table in self.tables.items():
+            for there, own in _apart(name, rows, self.row):
+                part = np.full_like(table, np.nan)
+                part[own] = table[own]
+                if there == name or np.isfinite(part).any():
+                    tables[there] = part
+        for name, of in self.labels.items():
+            for there, own in _apart(name, rows, self.row):
+                codes = np.full_like(of.codes, -1)
+                codes[own] = of.codes[own]
+                if there == name or (codes >= 0).any():
+                    labels[there] = Labels(codes, of.names)
+        return replace(self, tables=tables, labels=labels)
 
     def _rig(self, cell: Cell) -> _core.Rig:
         """The cameras and boards of a cell, as they stand or move in each posture."""
@@ -164,6 +186,14 @@ class Readings:
             for (camera, board), part in pictures(cell).items()
             if np.isfinite(uv[:, 2 * part.start : 2 * part.stop]).any()
         ]
+
+
+def _apart(name: str, rows: Mapping[str, int], row: IntArray) -> list[tuple[str, IntArray]]:
+    """The names of a table, or of labels, by the frames that it is of, each with its rows."""
+    field, at, view = name.partition("@")
+    if not at:  # of pictures
+        return [(name, np.arange(len(row)))]
+    return [(f"{field}{at}{there}", own) for there, own in views_apart(view, rows, row).items()]
 
 
 def _target(name: str) -> str:

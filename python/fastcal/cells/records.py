@@ -20,6 +20,7 @@ from fastcal.cells.asked import WEAK
 from fastcal.cells.branches import possible_ways
 from fastcal.cells.cell import Cell
 from fastcal.cells.readings import Readings
+from fastcal.cells.since_moved import as_since
 from fastcal.effects.entries import full_name
 from fastcal.errors import FastcalError
 from fastcal.monitoring.update import update
@@ -121,6 +122,7 @@ def way_records(cell: Cell, given: Cell, readings: Readings, threads: int = 1) -
     None of a way that its own readings do not fix.
     """
     out: dict[str, Spec] = {}
+    readings = as_since(cell, readings)
     before = {way.name: way for way in possible_ways(given, readings.views)}
     for way in possible_ways(cell, readings.views):
         try:

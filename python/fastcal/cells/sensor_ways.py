@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ from fastcal.effects.rig_traits import BRACKET_SAG
 from fastcal.effects.traits import Traits
 from fastcal.errors import InvalidInput
 from fastcal.measurements.dataset import Dataset
-from fastcal.place import owner_of, place_of, places_of
+from fastcal.place import Place, owner_of, place_of, places_of
 from fastcal.robot.core_model import pose
 from fastcal.robot.rig import pictures
 from fastcal.robot.robot import Robot
@@ -133,6 +134,21 @@ class SensorWay(Way):
         """The camera and the board of pictures."""
         return (self.sensor.name, self.target.name) if self.has_pictures else ()
 
+    @property
+    def instrument(self) -> str:
+        """The sensor or camera."""
+        return self.sensor.name
+
+    @property
+    def stacked(self) -> tuple[Arm, ...]:
+        """As of any way."""
+        return tuple(step.arm for step in takewhile(lambda step: step.enters, self.steps))
+
+    @property
+    def axes(self) -> FloatArray:
+        """(3, 3) of the sensor."""
+        return self._place[:3, :3]
+
     @cached_property
     def joints(self) -> list[tuple[Arm, int]]:
         """The arm of each joint, and its place there from 0."""
@@ -141,6 +157,8 @@ class SensorWay(Way):
     def owner(self, name: str) -> str:
         """As of any way; the base is the sensor, the tool the target."""
         ends = {"base": self.sensor.name, "tool": self.target.name}
+        if name == "base" and self.instrument == "world":
+            return str(Place(self.root, "base", 0))
         return ends[name] if name in ends else super().owner(name)
 
     @cached_property
@@ -285,6 +303,11 @@ def seen_ways(cell: Cell, readings: Readings) -> list[Way]:
         if any(step.joints for step in steps):
             out.append(SensorWay(ends[0], _arms(steps), sensor=ends[1], steps=steps, stands=stands))
     out += _picture_ways(cell, readings)
+    if not out and (lengths := lengths_alone(readings)):
+        raise InvalidInput(
+            f"{', '.join(lengths)}: no cause is looked for in lengths alone; expected the position of a target as "
+            "well, such as x_mm@TARGET or x_mm@TARGET:SENSOR"
+        )
     if not out:
         read = ", ".join(readings.views) or "nothing"
         raise InvalidInput(
@@ -292,6 +315,15 @@ def seen_ways(cell: Cell, readings: Readings) -> list[Way]:
             f"x_mm@TARGET or x_mm@TARGET:SENSOR, got {read}"
         )
     return out
+
+
+def lengths_alone(readings: Readings) -> list[str]:
+    """The views of which lengths were read, and no points, in which no way is looked for."""
+    return [
+        view
+        for view in readings.views
+        if f"distance@{view}" in readings.tables and f"position@{view}" not in readings.tables
+    ]
 
 
 def _picture_ways(cell: Cell, readings: Readings) -> Iterator[Way]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from fastcal.arrays import FloatArray
 from fastcal.cells.cell import Cell
+from fastcal.cells.knocked import views_apart
 from fastcal.cells.readings import Readings
 from fastcal.errors import InvalidInput
 from fastcal.measurements.rotations import quaternions
@@ -65,7 +66,7 @@ def simulate_cell(
 
     Args:
         cell: As it is, with the effects of its arms.
-        postures: Where it is sent.
+        postures: Where it is sent; where their order is known, what the cell says was knocked stands elsewhere before.
         views: What is read, VIEW or KIND@VIEW, such as `distance@smr:tag`; none: what `postures` has columns of, else
             all targets from the world.
         noise: Standard deviation of each coordinate, and of a length [m].
@@ -79,7 +80,7 @@ def simulate_cell(
     q = postures.q + repeatability * turning * random.standard_normal(postures.q.shape)
     tables = {}
     for field, view in _asked(cell, views, postures):
-        T = view_poses(cell, replace(postures, q=q), view, threads)
+        T = _as_it_stood(cell, replace(postures, q=q), view, threads)
         if field == "distance":
             length = np.linalg.norm(T[:, :3, 3], axis=1, keepdims=True)
             tables[f"distance@{view}"] = length + noise * random.standard_normal(length.shape)
@@ -89,6 +90,16 @@ def simulate_cell(
             turned = T[:, :3, :3] @ rotations_by(noise_rotation * random.standard_normal((len(q), 3)))
             tables[f"rotation@{view}"] = quaternions(turned)
     return replace(postures, tables=tables, source="simulated", speed=None, row=None)
+
+
+def _as_it_stood(cell: Cell, postures: Readings, view: str, threads: int) -> FloatArray:
+    """`view_poses`, in rows before one of its ends was knocked from where that stood then."""
+    T = view_poses(cell, postures, view, threads)
+    if postures.row is not None:
+        for there, own in views_apart(view, cell.knocked_rows, postures.row).items():
+            if there != view:
+                T[own] = view_poses(cell, postures.pick(own), there, threads)
+    return T
 
 
 def _asked(cell: Cell, views: Sequence[str], postures: Readings) -> list[tuple[str, str]]:

@@ -9,6 +9,7 @@ The tip t of the hand is at one point s_k in all touches i of a point k: R_i t +
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,22 +34,22 @@ class Touches:
     counts: FloatArray
     point: NDArray[np.intp]
 
-    def misfits(self, robot: Robot, sign: FloatArray, zero: FloatArray, *, turns_alone: bool) -> FloatArray:
-        """(N, 3) by which the tip is away from the middle of its point's touches [m]; touches show no turn alone."""
+    def misfits(self, robot: Robot, sign: FloatArray, zeros: FloatArray, *, turns_alone: bool) -> FloatArray:
+        """(B, N, 3) by which the tip is away from the middle of its point's touches [m]; no turn shows alone."""
         del turns_alone
-        F = frames_of(robot, np.ascontiguousarray(self.counts * sign + zero), "arm")
-        R, p = self._from_means(F[:, :3, :3]), self._from_means(F[:, :3, 3])
-        rows = np.vstack([R.reshape(-1, 3), np.eye(3) / _LONGEST])
-        tip = np.linalg.lstsq(rows, np.append(-p.ravel(), np.zeros(3)), rcond=None)[0]
-        out: FloatArray = R @ tip + p
-        return out
+        q = self.counts * sign + zeros[:, np.newaxis]
+        F = frames_of(robot, np.ascontiguousarray(q.reshape(-1, q.shape[2])), "arm").reshape(*q.shape[:2], 4, 4)
+        R = (self._from_means @ F[..., :3, :3].reshape(*q.shape[:2], 9)).reshape(*q.shape[:2], 3, 3)
+        p = self._from_means @ F[..., :3, 3]
+        squares = np.einsum("bnij,bnik->bjk", R, R) + np.eye(3) / _LONGEST**2
+        tip = np.linalg.solve(squares, -np.einsum("bnij,bni->bj", R, p)[..., np.newaxis])
+        return np.asarray((R @ tip[:, np.newaxis])[..., 0] + p)
 
-    def _from_means(self, values: FloatArray) -> FloatArray:
-        out = values.copy()
-        for k in np.unique(self.point):
-            own = self.point == k
-            out[own] -= values[own].mean(axis=0)
-        return out
+    @cached_property
+    def _from_means(self) -> FloatArray:
+        """(N, N) by which numbers of the touches are those less their means over the touches of each point."""
+        same = self.point[:, np.newaxis] == self.point
+        return np.asarray(np.eye(len(self.point)) - same / same.sum(axis=1))
 
 
 def touches_of(data: Dataset, unknown_count: int) -> Touches:

@@ -6,9 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from fastcal.calibration.alignment import measurements
+from fastcal.calibration.calibrate import calibrate, check_touched
 from fastcal.calibration.data_notes import shared_row_notes
 from fastcal.calibration.inspection import check_columns, check_fit
 from fastcal.calibration.kind_misfits import gross_misfits
@@ -17,6 +20,7 @@ from fastcal.calibration.parallel import workers
 from fastcal.calibration.pictures import check_pictures, judged_pictures
 from fastcal.calibration.placed_test import other_place_notes, placing_notes
 from fastcal.calibration.postures import check_postures, too_few_postures
+from fastcal.calibration.touch_columns import is_touched
 from fastcal.diagnosis import rivals, rules, suspect_columns, unexplained
 from fastcal.diagnosis.against_load import is_against_load, with_deflections_against_load
 from fastcal.diagnosis.branch_posture import unrecorded_branch
@@ -47,6 +51,7 @@ from fastcal.measurements.dataset import Dataset
 from fastcal.measurements.measuring_order import in_order, of_unknown_order
 from fastcal.measurements.observations import without_kinds, without_measured
 from fastcal.robot.given import DataLike, RobotLike, as_data, as_robot
+from fastcal.robot.robot import Robot
 from fastcal.said import capital, joined, said
 
 # Rows that may lie off together and be left out [of all]: of more, the rest is no majority.
@@ -100,6 +105,7 @@ def diagnose(
     notify(said("checking the columns"))
     check_postures(data)
     suspected = [*check_pictures(looked, as_read=as_read), *check_columns(robot, data, as_read=as_read)]
+    suspected += _of_touches(robot, data, threads, as_read=as_read)
     misfits = gross_misfits(robot, data, threads)
     data = without_kinds(data, [misfit.kind.name for misfit in misfits])
     of_the_arm = [name for name in exclude if name.partition("@")[0] not in RIG_TRAITS]
@@ -137,6 +143,18 @@ def diagnose(
     alike = [ALIKE[f.effect] for f in of_the_rig if f.grade != "A" and f.effect in ALIKE]
     told = [*of_lenses, *looked.notes, *(misfit.text for misfit in result.misfits), *suspected, *alike]
     return replace(result, notes=[*told, *unexplained_by_any, *shared, *result.notes])
+
+
+def _of_touches(robot: Robot, data: Dataset, threads: int, *, as_read: bool) -> list[str]:
+    """`check_touched` of the geometry, held no more than `calibrate` holds it, where no point was measured."""
+    if not is_touched(data):
+        return []
+    try:
+        free = calibrate(robot, data, as_read=True, checks=False, threads=threads)
+    except InvalidInput:  # of what no geometry can be found from, which the diagnosis says itself
+        return []
+    how: dict[str, Any] = {"shows_scale": measurements(data, robot).shows_scale, "looks": True, "as_read": as_read}
+    return check_touched(robot, data, (free.parameters, free.train), **how, threads=threads)
 
 
 def _beside(findings: Sequence[Finding], found: Diagnosis) -> Diagnosis:

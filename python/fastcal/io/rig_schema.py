@@ -92,13 +92,13 @@ def _placement(fields: Fields, frame: Callable[[Fields, str], str]) -> Spec:
         out["fixed"] = True
     out |= fields.sigmas()
     if fields.has("knocked"):
-        out["knocked"] = _knocked(fields.inner("knocked"))
+        out["knocked"] = check_knocked(fields.inner("knocked"))
     if (std := fields.optional("identified")) is not None:
         out["identified"] = Fields(std, f"{fields.where}.identified", fields.path).rest()
     return out
 
 
-def _knocked(fields: Fields) -> Spec:
+def check_knocked(fields: Fields) -> Spec:
     """Where it stood before a row of the data that it was found in, from where it stands since."""
     out: Spec = {"at_row": fields.count("at_row", 0, _MOST_ROWS)}
     for unit in ("mm", "deg"):

@@ -25,7 +25,7 @@ from fastcal.io.fields import Fields, without_traces
 from fastcal.io.known_distances import check_known_distance
 from fastcal.io.regular_file import is_file
 from fastcal.io.rig_file import OF_CELLS
-from fastcal.io.rig_schema import ARM, check_rig
+from fastcal.io.rig_schema import ARM, check_knocked, check_rig
 from fastcal.io.robot_file import read_spec, spec_of
 from fastcal.io.robot_schema import Spec, check_spec
 from fastcal.io.urdf_file import read_urdf_tree
@@ -137,12 +137,16 @@ def load_cell(path: str | os.PathLike[str]) -> Cell:
         except InvalidInput as error:
             raise ParseError(f"'{on:.60}': {error}", path) from None
 
+    def point_there(of: Point) -> Point:
+        on, place = stands_on(of.on, of.place)
+        return replace(of, on=on, place=place)
+
     def moved(arm: Arm) -> Arm:
         on, base = stands_on(arm.on, arm.robot.spec["base"])
         return replace(arm, on=on) if base is arm.robot.spec["base"] else replace(arm, on=on, robot=_based(arm, base))
 
     arms = tuple(moved(chain.arm) for chain in chains)
-    placed = tuple(Point(of.name, of.role, *stands_on(of.on, of.place), of.known) for of in points)
+    placed = tuple(map(point_there, points))
     for entry in (*rig["cameras"].values(), *rig["boards"].values()):
         entry["on"], place = stands_on(entry["on"], {"xyz_mm": entry["xyz_mm"], "rpy_deg": entry["rpy_deg"]})
         entry |= place
@@ -241,7 +245,7 @@ def cell_text(cell: Cell, comment: str = "") -> str:
         robot = POSE if arm.of_poses else spec
         content["arms"][arm.name] = {"robot": robot, **_where(arm.on, arm.robot.spec["base"], arm.known)}
     for role in ("target", "sensor"):
-        if members := {of.name: _where(of.on, of.place, of.known) for of in cell.points if of.role == role}:
+        if members := {of.name: _where_now(of) for of in cell.points if of.role == role}:
             content[f"{role}s"] = members
     for key, own in (("cameras", cell.cameras), ("boards", cell.boards)):
         if own:
@@ -265,6 +269,11 @@ def _where(on: str, place: Spec, known: Known) -> dict[str, Any]:
     if known.fixed:
         out["fixed"] = True
     return out | {key: value for key, value in vars(known).items() if key != "fixed" and value is not None}
+
+
+def _where_now(of: Point) -> dict[str, Any]:
+    out = _where(of.on, of.place, of.known)
+    return out if of.knocked is None else {**out, "knocked": dict(of.knocked)}
 
 
 def _members(top: Fields, key: str) -> list[tuple[str, Fields]]:
@@ -300,8 +309,9 @@ def _entry(name: str, fields: Fields) -> _Entry:
 
 def _point(name: str, role: str, fields: Fields) -> Point:
     on, place, known = _place(fields)
+    knocked = check_knocked(fields.inner("knocked")) if fields.has("knocked") else None
     fields.done()
-    return Point(name, role, on, place, known)
+    return Point(name, role, on, place, known, knocked)
 
 
 def _chains(entries: list[_Entry], path: Path) -> list[_Chain]:

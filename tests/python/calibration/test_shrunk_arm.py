@@ -39,6 +39,16 @@ def test_an_arm_that_has_shrunk_into_its_touches_is_refused() -> None:
     assert fastcal.calibrate(ARM, touches([0, 1, 2, 3, 4, 5, 6])).status == "converged"
 
 
+def test_a_diagnosis_refuses_it_in_the_same_words() -> None:
+    """It said of joints 3 and 4 exchanged that no effect is missing."""
+    with pytest.raises(InvalidInput) as refused:
+        fastcal.calibrate(ARM, touches([0, 1, 3, 2, 4, 5, 6]))
+    with pytest.raises(InvalidInput) as told:
+        fastcal.diagnose(ARM, touches([0, 1, 3, 2, 4, 5, 6]))
+    assert str(told.value) == str(refused.value)
+    assert fastcal.diagnose(ARM, touches([0, 1, 2, 3, 4, 5, 6])).verdict == "none"
+
+
 def test_as_read_says_it_in_a_note_and_turns_and_tools_are_no_lengths_of_links() -> None:
     data = touches([0, 1, 2, 3, 4, 5, 6])
     gone = IdentifiedParameter("z_mm", "joint5", -384.0, 1.0, "mm", 0.0)

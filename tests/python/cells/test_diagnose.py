@@ -60,10 +60,11 @@ def waved(cell: Cell, rows: int, joint: str | None, seed: int = 5) -> Readings:
 
 def write_poses(folder: Path, cell: Cell, readings: Readings, name: str = "poses.csv") -> Path:
     views = readings.views
-    titles = [f"{names[0]}_deg" for names in cell.joint_columns]
+    units = ["deg" if kind == "revolute" else "mm" for kind in cell.joint_types]
+    titles = [f"{names[0]}_{unit}" for names, unit in zip(cell.joint_columns, units, strict=True)]
     titles += [f"{axis}_mm@{view}" for view in views for axis in "xyz"]
     points = np.hstack([1e3 * readings.tables[f"position@{view}"] for view in views])
-    rows = np.hstack([np.degrees(readings.q), points])
+    rows = np.hstack([np.where(np.array(units) == "deg", np.degrees(readings.q), 1e3 * readings.q), points])
     with (folder / name).open("w", encoding="utf-8", newline="") as file:
         csv.writer(file).writerows([titles, *([f"{value:.9f}" for value in row] for row in rows)])
     return folder / name

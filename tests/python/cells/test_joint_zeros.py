@@ -13,7 +13,9 @@ from scipy.optimize import least_squares
 
 from fastcal import _core
 from fastcal.calibration.moving_rig import frames_of
+from fastcal.cells import joint_zeros as zeros_of
 from fastcal.cells.joint_zeros import joint_zeros
+from fastcal.cells.touch_zeros import touches_of
 from fastcal.cli.app import main
 from fastcal.errors import InvalidInput, Undetermined
 from fastcal.importers.corners import load_seen
@@ -131,6 +133,31 @@ def test_signs_and_zeros_from_a_dozen_pictures_to_all_files(
         np.testing.assert_allclose(SIGN[k] * degrees, np.degrees(chain[:, k]), atol=0.1)
 
 
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """A list that each search is put on, with whether it was by the turns alone."""
+    out, search = list[bool](), zeros_of._searched
+
+    def counting(misfits: zeros_of._Misfit, starts: FloatArray) -> tuple[float, FloatArray]:
+        out.append(misfits.turns_alone)
+        return search(misfits, starts)
+
+    monkeypatch.setattr(zeros_of, "_searched", counting)
+    return out
+
+
+def test_slopes_are_those_of_the_misfits(tmp_path: Path) -> None:
+    written(tmp_path)
+    touched(tmp_path, 21)
+    arm = load_robot(tmp_path / "cell.yaml")
+    pictures = zeros_of._views(arm, load_seen([tmp_path / "poses.csv"], arm, tmp_path / "corners.csv"))
+    touches = touches_of(load_seen([tmp_path / "touches.csv"], arm, None), 2)
+    for views in (pictures, [touches]):
+        misfits, z = zeros_of._Misfit(arm, views, SIGN, np.array([1, 2])), np.array([-1.5, 1.0])
+        for k, slope in enumerate(misfits.slopes(z).T):
+            step = 1e-5 * np.eye(2)[k]
+            np.testing.assert_allclose(slope, (misfits(z + step) - misfits(z - step)).ravel() / 2e-5, atol=1e-5)
+
+
 def test_pictures_of_other_rows_fit_no_signs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fastcal.cells.joint_zeros.STARTS", 2)
     written(tmp_path)
@@ -138,8 +165,10 @@ def test_pictures_of_other_rows_fit_no_signs(tmp_path: Path, monkeypatch: pytest
     data = load_seen([tmp_path / "poses.csv"], arm, tmp_path / "corners.csv")
     wrong = data.select(np.arange(COUNT))
     wrong.q[:] = np.random.default_rng(0).uniform(-1, 1, wrong.q.shape)
-    with pytest.raises(Undetermined, match="no signs and zeros of the joints fit the pictures"):
+    searches = counted(monkeypatch)
+    with pytest.raises(Undetermined, match=r"no signs and zeros of the joints fit the pictures: .* mm or more"):
         joint_zeros(arm, wrong)
+    assert searches == [True] * 2**4  # by the turns, which rule out all signs: with the places nothing fits better
 
 
 def test_too_few_pictures_are_refused(tmp_path: Path) -> None:
@@ -209,8 +238,10 @@ def test_touches_of_other_points_or_too_few_show_nothing(
     data = load_seen([tmp_path / "touches.csv"], arm, None)
     wrong = data.select(np.arange(len(data)))
     wrong.q[:] = np.random.default_rng(0).uniform(-2, 2, wrong.q.shape)
+    searches = counted(monkeypatch)
     with pytest.raises(Undetermined, match="no signs and zeros of the joints fit the touches"):
         joint_zeros(arm, wrong)
+    assert searches == [False] * (2 * 2**4)  # each start once
     with pytest.raises(InvalidInput, match="expected a dozen, of two points or more"):
         joint_zeros(arm, data.select(np.arange(7)))
     (tmp_path / "bare.csv").write_text("j1_deg,j2_deg,j3_deg,j4_deg,x_mm,y_mm,z_mm\n1,2,3,4,5,6,7\n2,3,4,5,6,7,8\n")
