@@ -89,7 +89,7 @@ def evidence(search: Search, state: SearchNode, name: Hypothesis) -> Evidence:
     stability = 1.0
     alike = (*moved_zeros(state, name), *own_jump(state, name))
     law_shown = True
-    if brings_more(state, name) and not np.ptp(search.problem.data.payload):
+    if brings_more(state, name):
         alike += (Because(Reason.NO_MASSES),)
         law_shown = statistic > rules.GRADE_B_SNR**2  # beside what it brings
     if len(state.names) <= search.most:

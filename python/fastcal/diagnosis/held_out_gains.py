@@ -26,8 +26,9 @@ def gains(search: Search, state: SearchNode) -> list[tuple[float, float]]:
     """By how much each name helps to predict held-out rows, and its standard error.
 
     `SearchNode.gains` takes what the rows would be without a name from the linearized rows. Closed loops bend between
-    the two; and a compliance of an arm without masses brings its joint's sag under the arm's weight, which would do its
-    work alone. Of these the fit without the name and what it brings counts as well.
+    the two; and a compliance of an arm without masses brings its joint's sag under the arm's weight, which under one
+    payload would do its work alone. Of these the fit without the name and what it brings counts as well. Payloads that
+    vary show the compliance itself.
     """
     loops = bool(search.problem.start.robot.passive)
     return [
@@ -39,9 +40,9 @@ def gains(search: Search, state: SearchNode) -> list[tuple[float, float]]:
 
 
 def brings_more(state: SearchNode, name: Hypothesis) -> bool:
-    """Would something at its own joint, which is held by a prior, go with a name: a sag with a compliance?"""
+    """Would something at its own joint that does the same go with a name: a sag with a compliance under one payload?"""
     robot = state.fit.problem.start.robot
-    if not without_masses(robot):
+    if not without_masses(robot) or np.ptp(state.fit.problem.data.payload):
         return False
     rest = with_nuisances([other.entry for other in state.names if other is not name], robot)
     left = {(entry["effect"], entry["owner"]) for entry in rest}
