@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import optimize
 
 from fastcal.arrays import FloatArray
 from fastcal.calibration.evaluation import Evaluation
@@ -104,6 +103,8 @@ def _radius(robot: Robot, data: Dataset, fit: Evaluation, refit: Refit) -> Said 
     def nominal(log_size: float) -> float:
         """Of the arm as its file says: one that is fitted grows or shrinks with its sphere."""
         return _tried(refit, of_size(float(np.exp(log_size))), nominal=True)
+
+    from scipy import optimize
 
     tried = np.log(_SIZES)
     near = int(np.argmin([nominal(of) for of in tried]))

@@ -25,6 +25,7 @@ from fastcal.diagnosis.doubts import is_beyond_bounds
 from fastcal.diagnosis.fits import Fit, fit
 from fastcal.diagnosis.held_arm import SHOWN, arm_size, holding
 from fastcal.diagnosis.held_out import PLACES, REGIONS, STRETCHES, HeldOut, gain, positions, shows_between
+from fastcal.diagnosis.held_out_gains import brings_more
 from fastcal.diagnosis.hypothesis import Hypothesis
 from fastcal.diagnosis.library import is_excluded, without_masses
 from fastcal.diagnosis.problem import Problem
@@ -163,6 +164,7 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     seems to gain by chance, and UNNAMED_LEAD for curves. Where rows fix the arm badly, what is written must lead the
     one held near nominal by MIN_SEARCHED_GAIN, as `calibrate` holds it; names that explain all need not. Of touches of
     unknown places nothing is written that predicts places held out worse than the best of the arms held near nominal.
+    Names whose law nothing shows, of an arm without masses, have no lead over the laws of all joints.
     """
     own = judged(found, is_plain=False)
     errors = rules.MIN_RIVAL_GAIN if remains else rules.MIN_GAIN
@@ -172,6 +174,8 @@ def best_of_all(rivals: Rivals, found: Model, *, remains: bool) -> Judged:
     simpler |= {id(one): rules.MIN_RIVAL_GAIN for one in plain if same and one.effects == same}
     needed = {id(one): rules.MIN_SEARCHED_GAIN if one.is_chosen else errors for one in plain} | simpler
     needed |= {id(one): rules.UNNAMED_LEAD for one in plain if one.has_curves}
+    if any(brings_more(found.state, name) for name in found.state.names):
+        needed |= {id(one): 0.0 for one in plain if one.model.profiles and not one.has_curves}
     better = [one for one in plain if _beats(one, own, needed[id(one)]) and _holds_elsewhere(one.model, found)]
     best = min(better, key=lambda one: -gain(one.squares, own.squares)[0], default=own)
     chosen = next((one for one in better if one is best or not _beats(best, one, errors)), own)

@@ -345,6 +345,7 @@ def test_names_of_few_rows_must_lead_the_arm_held_near_nominal(
     with (
         mock.patch.object(plain_models, "judged", return_value=own),
         mock.patch.object(plain_models, "_plain", return_value=[held]),
+        mock.patch.object(plain_models, "brings_more", return_value=False),
     ):
         written = best_of_all(SimpleNamespace(arm_size=size), own.model, remains=remains)  # type: ignore[arg-type]
     assert written.model is (held if is_simple else own).model
@@ -353,11 +354,18 @@ def test_names_of_few_rows_must_lead_the_arm_held_near_nominal(
         assert words.words.endswith("; no richer model has a clearly smaller error on held-out poses")
 
 
-@pytest.mark.parametrize(("joints", "is_written"), [(("joint2", "joint3"), True), (("joint2", "joint4"), False)])
+@pytest.mark.parametrize(
+    ("joints", "is_guessed", "is_written"),
+    [(("joint2", "joint3"), False, True), (("joint2", "joint4"), False, False), (("joint2", "joint4"), True, True)],
+)
 def test_the_effects_that_were_found_are_written_as_smooth_as_predicts_best(
-    joints: tuple[str, ...], is_written: bool
+    joints: tuple[str, ...], is_guessed: bool, is_written: bool
 ) -> None:
-    """Two sags of sixty poses, rougher than the plain ones of the same joints, left 7 % more of a test."""
+    """Two sags of sixty poses, rougher than the plain ones of the same joints, left 7 % more of a test.
+
+    And where nothing shows their law, those of other joints need no lead: two compliances of five, without masses,
+    left 4 to 10 % more.
+    """
     data = Dataset(q=np.arange(30.0).reshape(-1, 1), payload=np.zeros(30))
     fits = [SimpleNamespace(problem=SimpleNamespace(data=data, arm_size=None)) for _ in range(2)]
     names = [SimpleNamespace(key=("gravity_sag", joint)) for joint in ("joint2", "joint3")]
@@ -372,6 +380,7 @@ def test_the_effects_that_were_found_are_written_as_smooth_as_predicts_best(
     with (
         mock.patch.object(plain_models, "judged", return_value=own),
         mock.patch.object(plain_models, "_plain", return_value=[other]),
+        mock.patch.object(plain_models, "brings_more", return_value=is_guessed),
     ):
         written = best_of_all(SimpleNamespace(arm_size=None), found, remains=False)  # type: ignore[arg-type]
     assert (written.model is smooth) is is_written
