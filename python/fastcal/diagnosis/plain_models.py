@@ -272,10 +272,12 @@ def _plain(rivals: Rivals, found: Model, *, remains: bool, richer: bool = True) 
             for problem, is_measured in _ways(state, tried, few=few):
                 if entries and is_measured and not few:
                     continue
-                free = _known(rivals, state, entries, problem) or _with(state, tried, problem)
-                free = rivals.with_what_helps(free) if free is not None and free.profiles else free
+                whole = _known(rivals, state, entries, problem) or _with(state, tried, problem)
+                free = rivals.with_what_helps(whole) if whole is not None and whole.profiles else whole
                 held = None if size is None else _with_arm_held(state, tried, problem, size)
-                for model in filter(None, (free, held)):
+                # Laws of all joints, of which none was picked, need less of a lead than those that help.
+                unpicked = whole if few and whole is not free and _laws(tried) == tried else None
+                for model in filter(None, (free, unpicked, held)):
                     one = judged(model, is_plain=True, by_least_squares=is_measured)
                     chosen = not one.holds_the_arm and len(_laws(model.profiles)) < len(_laws(tried))
                     yield replace(one, is_chosen=chosen)
